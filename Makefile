@@ -1,0 +1,50 @@
+# `make figures` and `make test` do the whole set-up themselves on a machine that has Python, make and git.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+
+.DEFAULT_GOAL := help
+.PHONY: help setup figures test lint format lab bench lock clean
+
+help: ## list the targets
+	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
+
+setup: $(READY) ## system libraries, virtual environment, packages
+
+$(READY): requirements.lock pyproject.toml tools/system_libraries.py
+	@$(PYTHON) -c 'import sys; v = sys.version_info[:2]; sys.exit(0 if (3, 10) <= v <= (3, 13) else "Python 3.10 to 3.13 is needed, this is %d.%d; run: make PYTHON=python3.11 ..." % v)'
+	@$(PYTHON) tools/system_libraries.py
+	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --editable .
+	@touch $@
+
+figures: $(READY) ## run the figure notebooks and compare their facts (SCALE=quick or paper)
+	$(BIN)/rasp figures --scale $(or $(SCALE),quick)
+
+test: lint ## ruff, unit tests, notebooks
+	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --nbval-lax --nbval-current-env notebooks
+
+lint: $(READY) ## ruff check and format check
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+format: $(READY) ## let ruff rewrite the code
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+lab: $(READY) ## JupyterLab on localhost
+	$(BIN)/jupyter lab --ip=localhost notebooks
+
+bench: $(READY) ## time the parts of one iteration at the paper's size
+	$(BIN)/python -m pytest tests/benchmarks --benchmark-enable --benchmark-only --benchmark-columns=median,iqr,rounds
+
+lock: ## solve pyproject.toml into requirements.lock (needs uv); torch brings its own CUDA wheels
+	uv pip compile --quiet --universal --python-version 3.10 --extra dev --no-header --no-annotate pyproject.toml \
+		| grep -vE '^(nvidia-|cuda-|triton)' > requirements.lock
+
+clean: ## remove what make and the tests made
+	rm -rf $(VENV) build *.egg-info .pytest_cache .ruff_cache .benchmarks .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,111 @@
+"""Containers: a box or any closed mesh, with its signed distance and its views. World coordinates, metres."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import torch
+import trimesh
+from torch import Tensor
+
+from . import sdf
+from .cameras import Camera, box_views, spread_views
+from .errors import InputError
+from .meshes import Body, load_body, make_body
+
+MARGIN = 1.1  # the viewing volume's edge over the largest distance that the container spans in it
+
+
+class Container:
+    """A closed region of space that bodies must stay in.
+
+    body : its surface, in the world's coordinates. size `(3,)` where it is a box about the origin, else None.
+    """
+
+    def __init__(self, body: Body, size: np.ndarray | None = None):
+        self.body = body
+        self.size = size
+        self._stacks: dict[tuple, sdf.GridStack] = {}
+
+    @property
+    def volume(self) -> float:
+        """Cubic metres."""
+        return self.body.volume
+
+    @property
+    def bounds(self) -> np.ndarray:
+        """`(2, 3)`, lowest and highest corner."""
+        return np.stack([self.body.solid_vertices.min(0), self.body.solid_vertices.max(0)]) + self.body.centre
+
+    @cached_property
+    def is_convex(self) -> bool:
+        """True where the container fills its convex hull to one part in a million."""
+        return self.size is not None or self.body.manifold.hull().volume() <= self.volume * (1 + 1e-6)
+
+    def views(self) -> list[Camera]:
+        """The paper's views: the three faces of a box, five spread directions for a mesh."""
+        centre = self.bounds.mean(0)
+        if self.size is not None:
+            return box_views(MARGIN * float(self.size.max()), centre)
+        return spread_views(5, MARGIN * float(np.linalg.norm(np.ptp(self.bounds, axis=0))), centre)
+
+    def signed_distance(self, points: Tensor) -> tuple[Tensor, Tensor]:
+        """Distance `(M,)` to the wall, negative inside, and its gradient `(M, 3)`, at world points `(M, 3)`.
+
+        Exact for a box; for a mesh from its grid, as accurate as `sdf.GridStack.sample`.
+        """
+        if self.size is None:
+            key = (points.device, points.dtype)
+            if key not in self._stacks:
+                grid = sdf.bake_cached(self.body, cells=96, padding=16)
+                self._stacks[key] = sdf.GridStack([grid], points.device, points.dtype)
+            centre = torch.as_tensor(self.body.centre, dtype=points.dtype, device=points.device)
+            first = torch.zeros(len(points), dtype=torch.int64, device=points.device)
+            return self._stacks[key].sample(first, points - centre)
+        half = torch.as_tensor(self.size / 2, dtype=points.dtype, device=points.device)
+        beyond = points.abs() - half
+        outside = beyond.clamp(min=0)
+        distance = outside.norm(dim=1)
+        deepest, axis = beyond.max(1)
+        inner = torch.nn.functional.one_hot(axis, 3).to(points.dtype)
+        gradient = torch.where((deepest > 0)[:, None], outside / distance.clamp(min=1e-30)[:, None], inner)
+        return torch.where(deepest > 0, distance, deepest), gradient * torch.where(points < 0, -1.0, 1.0)
+
+    def random_points(self, count: int, generator: torch.Generator) -> Tensor:
+        """`(count, 3)` float32 points uniform inside, on the CPU."""
+        low, high = (torch.as_tensor(corner, dtype=torch.float32) for corner in self.bounds)
+        found: list[Tensor] = []
+        while sum(map(len, found)) < count:
+            points = low + torch.rand(max(64, 4 * count), 3, generator=generator) * (high - low)
+            found.append(points[self.signed_distance(points)[0] < 0])
+        return torch.cat(found)[:count]
+
+
+def box(size: Sequence[float]) -> Container:
+    """A box of edges `size` (3 lengths in metres) about the origin. Raises InputError where one is not positive."""
+    edges = np.asarray(size, np.float64)
+    if edges.shape != (3,) or not np.isfinite(edges).all() or (edges <= 0).any():
+        raise InputError(f"a box needs three positive edges in metres, got {', '.join(map(str, size))}")
+    mesh = trimesh.creation.box(edges)
+    return Container(make_body("container", mesh.vertices, mesh.faces), edges)
+
+
+def from_mesh(path: str | Path) -> Container:
+    """A container from a mesh file, in the file's coordinates. Raises MeshError where it bounds no solid."""
+    return Container(load_body(path))
+
+
+def parse(text: str) -> Container:
+    """`box:0.32,0.32,0.30` (metres) or the path of a mesh. Raises InputError with the remedy."""
+    if not text.startswith("box:"):
+        return from_mesh(text)
+    try:
+        edges = [float(word) for word in text[4:].split(",")]
+    except ValueError:
+        edges = []
+    if len(edges) != 3:
+        raise InputError(f"container {text!r} is not a box; write box:0.32,0.32,0.30 (three edges in metres)")
+    return box(edges)

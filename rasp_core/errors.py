@@ -1,0 +1,11 @@
+"""The errors that the kit raises for input that cannot be used."""
+
+from __future__ import annotations
+
+
+class InputError(ValueError):
+    """Something given by the user cannot be used; the message names it and the remedy in one line."""
+
+
+class MeshError(InputError):
+    """A mesh that cannot be read, or that bounds no solid."""

@@ -1,0 +1,51 @@
+"""What every loss of the kit boils down to: forces at points of rigid bodies.
+
+A loss whose value changes by `f . dx` when a point of body i moves by dx has the gradients
+`dL/dt_i = sum f` and, along rotations, `dL/dR_i = sum f (outer) q`, with q the point in the body's frame. The losses compute
+their value and these sums in one pass, without autograd's buffers; `attach` hands them to autograd.
+"""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+
+class _Attached(torch.autograd.Function):
+    @staticmethod
+    def forward(ctx, rotation, translation, value, d_rotation, d_translation):
+        ctx.save_for_backward(d_rotation, d_translation)
+        return value.clone()
+
+    @staticmethod
+    def backward(ctx, upstream):
+        d_rotation, d_translation = ctx.saved_tensors
+        return upstream * d_rotation, upstream * d_translation, None, None, None
+
+
+def attach(value: Tensor, rotation: Tensor, translation: Tensor, d_rotation: Tensor, d_translation: Tensor) -> Tensor:
+    """A scalar with the given value and gradients.
+
+    rotation `(N, 3, 3)`, translation `(N, 3)`; d_rotation and d_translation of the same shapes. The gradient in
+    the rotation is right along rotations (through `poses`), not off them.
+    """
+    return _Attached.apply(rotation, translation, value, d_rotation, d_translation)
+
+
+def gather(count: int, body: Tensor, point: Tensor, force: Tensor) -> Tensor:
+    """Sum forces and their moments for each body: `(count, 4, 3)`, row 0 the force, rows 1-3 point (outer) force.
+
+    body `(M,)` int64, point and force `(M, 3)` in one frame.
+    """
+    rows = torch.cat([force, (point[:, :, None] * force[:, None, :]).flatten(1)], 1)
+    return torch.zeros(count, 12, dtype=force.dtype, device=force.device).index_add_(0, body, rows).view(count, 4, 3)
+
+
+def gradients(wrench_world: Tensor) -> tuple[Tensor, Tensor]:
+    """`(N, 4, 3)` sums of world forces at body-frame points -> d_rotation `(N, 3, 3)`, d_translation `(N, 3)`."""
+    return wrench_world[:, 1:].transpose(1, 2), wrench_world[:, 0]
+
+
+def to_world(wrench_body: Tensor, rotation: Tensor) -> Tensor:
+    """Sums of forces given in body frames `(N, 4, 3)` -> the same with the forces turned into the world."""
+    return wrench_body @ rotation.transpose(1, 2)

@@ -1,0 +1,243 @@
+"""The paper's losses, each with its equation, plus the surface contact that closes the last gaps.
+
+    L_total = L_sil + L_is + lambda * L_ext          (Eq. 1)
+
+All take rotations `(N, 3, 3)` and translations `(N, 3)` and are differentiable in them (along rotations). An object is
+looked up only at the points in its own bounding box, never objects x points.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from . import forces, silhouettes
+from .containers import Container
+from .errors import InputError
+from .sdf import GridStack
+
+LAMBDA = 0.001  # weight of the extrusion term, the paper's
+EPSILON = 0.01  # metres; how deep inside the container the extrusion term stops rewarding, the paper's
+QUERY_POINTS = 80_000  # the paper's
+
+OVERLAP_TERMS = ("shared", "as_printed")
+
+
+@dataclass(frozen=True)
+class Lattice:
+    """Query points on a regular lattice: origin `(3,)`, spacing in metres, shape `(X, Y, Z)`, z fastest.
+
+    inside : flat bool, which points count, or None where all do.
+    """
+
+    origin: Tensor
+    spacing: float
+    shape: tuple[int, int, int]
+    inside: Tensor | None
+
+    @property
+    def count(self) -> int:
+        """How many points count."""
+        if self.inside is None:
+            return self.shape[0] * self.shape[1] * self.shape[2]
+        return int(self.inside.sum())
+
+    def points(self) -> Tensor:
+        """All points, `(X * Y * Z, 3)`, those that do not count included."""
+        axes = [torch.arange(n, device=self.origin.device) for n in self.shape]
+        index = torch.stack(torch.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
+        return self.origin + index * self.spacing
+
+    def shifted(self, share: Tensor) -> Lattice:
+        """The lattice moved by `share` `(3,)` of its spacing; the same points count."""
+        return Lattice(self.origin + share * self.spacing, self.spacing, self.shape, self.inside)
+
+
+def query_lattice(container: Container, count: int = QUERY_POINTS, device="cpu", dtype=torch.float32) -> Lattice:
+    """About `count` lattice points in the container. Raises InputError where count is not positive."""
+    if count < 1:
+        raise InputError(f"at least one query point is needed, got {count}")
+    spacing = (container.volume / count) ** (1 / 3)
+    low, high = (torch.as_tensor(corner, device=device, dtype=dtype) for corner in container.bounds)
+    shape = [max(1, round(float(edge) / spacing)) for edge in high - low]
+    steps = torch.tensor(shape, device=device, dtype=dtype) - 1
+    lattice = Lattice((low + high) / 2 - steps * spacing / 2, spacing, tuple(shape), None)
+    if container.size is not None:
+        return lattice
+    return Lattice(lattice.origin, spacing, lattice.shape, container.signed_distance(lattice.points())[0] < 0)
+
+
+def silhouette(images: Tensor, targets: Tensor, softness_px: float = 0.0) -> Tensor:
+    """Eq. 2: `1/(M N K) sum_k sum_pixels (I_k - rendered_k)^2` over images and targets `(K, M, N)`.
+
+    softness_px blurs the difference, so that a contour feels a target some pixels away; both sides alike, so that
+    a perfect match stays the minimum.
+    """
+    return silhouettes.soften(images - targets, softness_px).square().mean()
+
+
+def overlap(
+    stack: GridStack, half: Tensor, rotation: Tensor, translation: Tensor, lattice: Lattice, term: str = "shared"
+) -> Tensor:
+    """Eq. 3-4: `L_is = sum_p D(p)`, `D(p) = sum over {i : S_i(p) < 0} of -S_i(p)`, metres.
+
+    half : `(N, 3)` half extents of the bodies' boxes, centred in their frames.
+    term : "shared" (the kit's reading, the paper's words): only points that lie inside two or more bodies count.
+        "as_printed" (the letter of Eq. 3): all points inside any body count; it repels nothing, see the design.
+    Raises InputError for another term.
+    """
+    if term not in OVERLAP_TERMS:
+        raise InputError(f"overlap term {term!r} is unknown; use one of {', '.join(OVERLAP_TERMS)}")
+    with torch.no_grad():
+        body, point, local = _inside_pairs(stack, half, rotation, translation, lattice, shared=term == "shared")
+        value, slope = stack.sample(body, local)
+        counts = value < 0
+        if term == "shared":
+            counts &= _tally(point[counts], lattice)[point] >= 2
+        kept = counts.nonzero()[:, 0]
+        wrench = forces.gather(len(rotation), body[kept], local[kept], slope[kept])
+        total = -value[kept].sum()
+        gradients = forces.gradients(forces.to_world(wrench, rotation))
+    return forces.attach(total, rotation, translation, *gradients)
+
+
+def extrusion(
+    container: Container,
+    vertices: Tensor,
+    vertex_body: Tensor,
+    radius: Tensor,
+    rotation: Tensor,
+    translation: Tensor,
+    epsilon: float = EPSILON,
+) -> Tensor:
+    """Eq. 5: `L_ext = sum_i sum_{v in V_i} max(-epsilon, S_C(v))`, metres.
+
+    vertices `(V, 3)` in body frames, vertex_body `(V,)` sorted, radius `(N,)` of the bodies' bounding spheres. Bodies
+    whose spheres lie deeper than epsilon add their constant -epsilon for each vertex without being looked at.
+    """
+    with torch.no_grad():
+        near = container.signed_distance(translation)[0] + radius > -epsilon
+        chosen = near[vertex_body].nonzero()[:, 0]
+        body, point = vertex_body[chosen], vertices[chosen]
+        value, normal = container.signed_distance(_to_world(rotation, translation, body, point))
+        out = (value > -epsilon).nonzero()[:, 0]
+        total = value[out].sum() - epsilon * (len(vertices) - len(out))
+        gradients = forces.gradients(forces.gather(len(rotation), body[out], point[out], normal[out]))
+    return forces.attach(total, rotation, translation, *gradients)
+
+
+@dataclass(frozen=True)
+class SurfaceSamples:
+    """Points on the bodies' surfaces: points `(S, 3)` in body frames, body by body; count and start `(N,)`;
+    area `(S,)` square metres that each stands for."""
+
+    points: Tensor
+    start: Tensor
+    count: Tensor
+    area: Tensor
+
+
+def contact(
+    stack: GridStack,
+    samples: SurfaceSamples,
+    half: Tensor,
+    rotation: Tensor,
+    translation: Tensor,
+    margin: Tensor,
+) -> Tensor:
+    """`sum over surface samples of area * depth^2`, depth = how much nearer than `margin` to another body; m^4.
+
+    The kit's own term. Overlaps thinner than the spacing of the query points are invisible to Eq. 4; the samples of
+    each body, looked up in its neighbours' signed distances, see them. margin `(N,)` metres, added for a pair.
+    """
+    with torch.no_grad():
+        first, second = _touching_boxes(half, rotation, translation, margin).nonzero(as_tuple=True)
+        counts = samples.count[first]
+        pair = torch.repeat_interleave(counts)
+        offset = torch.arange(len(pair), device=pair.device) - (counts.cumsum(0) - counts)[pair]
+        sample = samples.start[first][pair] + offset
+        # relative pose of each pair: the sampled body seen from the other's frame
+        turn = rotation[second].transpose(1, 2) @ rotation[first]
+        shift = (rotation[second].transpose(1, 2) @ (translation[first] - translation[second])[:, :, None])[:, :, 0]
+        local = (turn[pair] @ samples.points[sample][:, :, None])[:, :, 0] + shift[pair]
+        reach = (margin[first] + margin[second])[pair]
+        near = ((local.abs() < half[second][pair] + reach[:, None]).all(1)).nonzero()[:, 0]
+        pair, sample, local, reach = pair[near], sample[near], local[near], reach[near]
+        body = second[pair]
+        near = (stack.nearest(body, local) < reach + 0.87 * stack.spacing[body]).nonzero()[:, 0]
+        pair, sample, local, reach, body = pair[near], sample[near], local[near], reach[near], body[near]
+        value, slope = stack.sample(body, local)
+        depth = (reach - value).clamp(min=0)
+        weighted = samples.area[sample] * depth
+        total = (weighted * depth).sum()
+        push = 2 * weighted[:, None] * (rotation[body] @ slope[:, :, None])[:, :, 0]
+        wrench = forces.gather(len(rotation), first[pair], samples.points[sample], -push)
+        wrench += forces.gather(len(rotation), body, local, push)
+    return forces.attach(total, rotation, translation, *forces.gradients(wrench))
+
+
+def _to_world(rotation: Tensor, translation: Tensor, body: Tensor, points: Tensor) -> Tensor:
+    return (rotation[body] @ points[:, :, None])[:, :, 0] + translation[body]
+
+
+def _touching_boxes(half: Tensor, rotation: Tensor, translation: Tensor, margin: Tensor) -> Tensor:
+    """`(N, N)` bool, which bodies' world boxes, grown by their margins, intersect; False on the diagonal."""
+    reach = (rotation.abs() @ half[:, :, None])[:, :, 0] + margin[:, None]
+    apart = (translation[:, None] - translation[None]).abs() > reach[:, None] + reach[None]
+    touching = ~apart.any(-1)
+    return touching.fill_diagonal_(False)
+
+
+def _tally(point: Tensor, lattice: Lattice) -> Tensor:
+    size = lattice.shape[0] * lattice.shape[1] * lattice.shape[2]
+    ones = torch.ones_like(point, dtype=torch.int32)
+    return torch.zeros(size, dtype=torch.int32, device=point.device).index_add_(0, point, ones)
+
+
+def _inside_pairs(stack, half, rotation, translation, lattice, shared: bool):
+    """Pairs (body, lattice point) that may lie inside: body `(M,)`, flat point `(M,)`, place in the body's frame.
+
+    A body's box is cut out of the lattice column by column, so that a turned box costs its own volume and not that
+    of the upright box about it. The grids' nearest values throw out what surely lies outside; with `shared`, also
+    points that are left with one body.
+    """
+    device, h = rotation.device, lattice.spacing
+    reach = (rotation.abs() @ half[:, :, None])[:, :, 0]
+    top = torch.tensor(lattice.shape, device=device) - 1
+    low = torch.minimum(((translation - reach - lattice.origin) / h).ceil().clamp(min=0).long(), top + 1)
+    high = torch.minimum(((translation + reach - lattice.origin) / h).floor().long(), top)
+    width = (high - low + 1).clamp(min=0)
+
+    columns = width[:, 0] * width[:, 1]
+    body = torch.repeat_interleave(columns)
+    step = torch.arange(len(body), device=device) - (columns.cumsum(0) - columns)[body]
+    ix = low[body, 0] + torch.div(step, width[body, 1], rounding_mode="floor")
+    iy = low[body, 1] + step % width[body, 1]
+    # along a column the place in the body's frame is base + iz * rise
+    foot = torch.stack([ix, iy, torch.zeros_like(ix)], 1) * h + lattice.origin - translation[body]
+    base = (foot[:, None, :] @ rotation[body])[:, 0]
+    rise = (rotation[:, 2] * h)[body]
+    rise = torch.where(rise.abs() < 1e-12, 1e-12, rise)
+    bound = half[body]
+    enter, leave = (-bound - base) / rise, (bound - base) / rise
+    first = torch.minimum(enter, leave).amax(1).ceil().clamp(min=0).long()
+    last = torch.minimum(torch.maximum(enter, leave).amin(1).floor().clamp(-1, lattice.shape[2]).long(), top[2])
+    runs = (last - first + 1).clamp(min=0)
+
+    column = torch.repeat_interleave(runs)
+    iz = torch.arange(len(column), device=device) - (runs.cumsum(0) - runs - first)[column]
+    owner = body[column]
+    point = ((ix * lattice.shape[1] + iy) * lattice.shape[2])[column] + iz
+    spacing = stack.spacing[body, None]
+    cell = ((base - stack.origin[body]) / spacing)[column] + iz[:, None] * (rise / spacing)[column]
+    value = stack.at_cells(owner, cell)
+    kept = value < 0.87 * stack.spacing[owner]
+    if lattice.inside is not None:
+        kept &= lattice.inside[point]
+    if shared:
+        kept &= _tally(point[kept], lattice)[point] >= 2
+    kept = kept.nonzero()[:, 0]
+    column, owner, point, iz = column[kept], owner[kept], point[kept], iz[kept]
+    return owner, point, base[column] + iz[:, None] * rise[column]

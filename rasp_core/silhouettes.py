@@ -1,0 +1,264 @@
+"""The differentiable shadow renderer: bodies + poses + cameras -> silhouettes `(K, H, W)` in [0, 1].
+
+No face is rasterised. Seen from a camera, the front-facing triangles of a closed surface are bounded by its contour edges, and
+the number of front layers over a pixel is the winding number of those edges about it. So:
+
+1. each contour edge is cut with the pixel rows; the signed cuts, summed along each row, give the winding number
+   of every pixel's centre at once, for all bodies together; the silhouette is where it is positive;
+2. where a pixel inside has a neighbour outside, the outermost contour edge between their centres says how far the
+   silhouette reaches, and the pixel pair is shaded accordingly (analytic antialiasing, after Laine et al. 2020, nvdiffrast);
+3. the gradient flows back through those crossings alone, as forces on the points of the edges.
+
+The cost is that of the contours' length in pixels plus one cumulative sum. Softness is a Gaussian blur of that exact
+image, so a soft contour stays centred on the true one, and what is hidden behind another body pulls on nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+from torch import Tensor
+from torch.nn import functional
+
+from . import forces
+from .cameras import Camera
+from .meshes import Body
+
+
+class Outlines:
+    """The closed surfaces of N bodies, laid out to find contour edges.
+
+    vertices `(V, 3)`, vertex_body `(V,)`; normals `(F, 3)` not normalised, offsets `(F,)` = normal . vertex,
+    face_body `(F,)`; edges `(E, 4)` int64: from vertex, to vertex, face on the left, face on the right.
+    """
+
+    def __init__(self, bodies: Sequence[Body], device: str | torch.device = "cpu", dtype=torch.float32):
+        vertices, faces, edges, vertex_body, face_body = [], [], [], [], []
+        v_at = f_at = 0
+        known: dict[str, np.ndarray] = {}
+        for i, body in enumerate(bodies):
+            if body.digest not in known:
+                known[body.digest] = _edges(body.solid_faces)
+            vertices.append(body.solid_vertices)
+            faces.append(body.solid_faces + v_at)
+            edges.append(known[body.digest] + np.array([v_at, v_at, f_at, f_at]))
+            vertex_body.append(np.full(len(body.solid_vertices), i))
+            face_body.append(np.full(len(body.solid_faces), i))
+            v_at += len(body.solid_vertices)
+            f_at += len(body.solid_faces)
+        points, triangles = np.concatenate(vertices), np.concatenate(faces)
+        corners = points[triangles]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        offsets = (normals * corners[:, 0]).sum(1)
+        self.count = len(bodies)
+        self.vertices = torch.as_tensor(points, device=device, dtype=dtype)
+        self.vertex_body = torch.as_tensor(np.concatenate(vertex_body), device=device)
+        self.normals = torch.as_tensor(normals, device=device, dtype=dtype)
+        self.offsets = torch.as_tensor(offsets, device=device, dtype=dtype)
+        self.face_body = torch.as_tensor(np.concatenate(face_body), device=device)
+        self.edges = torch.as_tensor(np.concatenate(edges), device=device)
+
+
+class Views:
+    """K cameras as tensors: axes `(K, 3, 3)` rows right, up, forward; eye `(K, 4)`; centre `(K, 3)`; width `(K,)`."""
+
+    def __init__(self, cameras: Sequence[Camera], device: str | torch.device = "cpu", dtype=torch.float32):
+        def tensor(rows):
+            return torch.as_tensor(np.array(rows, np.float64), device=device, dtype=dtype)
+
+        self.axes = tensor([camera.axes for camera in cameras])
+        self.eye = tensor([camera.eye for camera in cameras])
+        self.centre = tensor([camera.centre for camera in cameras])
+        self.width = tensor([camera.width for camera in cameras])
+        self.perspective = torch.tensor([camera.projection == "perspective" for camera in cameras], device=device)
+        self.any_perspective = any(camera.projection == "perspective" for camera in cameras)
+
+
+def render(outlines: Outlines, rotation: Tensor, translation: Tensor, views: Views, resolution: int) -> Tensor:
+    """Silhouettes of all bodies together, `(K, resolution, resolution)`, antialiased over one pixel.
+
+    rotation `(N, 3, 3)`, translation `(N, 3)`, of the outlines' dtype and device. Differentiable in both. A pixel
+    is at least 0.5 exactly where its centre is covered. Perspective views need every body in front of the eye.
+    """
+    return _Render.apply(rotation, translation, outlines, views, resolution)
+
+
+def soften(images: Tensor, softness_px: float) -> Tensor:
+    """Images `(K, H, W)` blurred by a Gaussian of `softness_px` pixels (0: as they are), 0 beyond the border."""
+    if softness_px <= 0:
+        return images
+    reach = min(int(np.ceil(3 * softness_px)), images.shape[-1] - 1)
+    steps = torch.arange(-reach, reach + 1, dtype=images.dtype, device=images.device)
+    kernel = torch.exp(-0.5 * (steps / softness_px) ** 2)
+    kernel = kernel / kernel.sum()
+    soft = functional.conv2d(images[:, None], kernel[None, None, None, :], padding=(0, reach))
+    return functional.conv2d(soft, kernel[None, None, :, None], padding=(reach, 0))[:, 0]
+
+
+def project(outlines: Outlines, rotation: Tensor, translation: Tensor, views: Views, resolution: int):
+    """Pixel coordinates (u right, v down) of every vertex in every view, `(K, V, 2)`, and depths `(K, V)` or None.
+
+    Depth is the distance before the eye over that of the image plane; None where all views are orthographic.
+    """
+    body = outlines.vertex_body
+    world = (rotation[body] @ outlines.vertices[:, :, None])[:, :, 0] + translation[body]
+    local = torch.einsum("kij,kvj->kvi", views.axes, world[None] - views.centre[:, None])
+    depth = None
+    plane = local[..., :2]
+    if views.any_perspective:
+        distance = _eye_distance(views)
+        depth = torch.where(views.perspective[:, None], 1 + local[..., 2] / distance[:, None], 1.0)
+        plane = plane / depth[..., None]
+    scale = resolution / views.width[:, None]
+    return torch.stack([plane[..., 0] * scale, -plane[..., 1] * scale], -1) + resolution / 2, depth
+
+
+def _eye_distance(views: Views) -> Tensor:
+    return (views.centre - views.eye[:, :3]).norm(dim=1)
+
+
+def _contour(outlines: Outlines, rotation: Tensor, translation: Tensor, views: Views):
+    """Contour edges over all views: view `(C,)`, edge `(C,)`, sign `(C,)` (+1 where the left face is in front)."""
+    # the eye in each body's frame, homogeneous: a face looks at it where normal . eye > offset
+    place, weight = views.eye[:, None, :3], views.eye[:, None, 3:]
+    eye = ((place - weight * translation)[:, :, None, :] @ rotation)[:, :, 0]
+    seen = (outlines.normals * eye[:, outlines.face_body]).sum(-1) > weight[..., 0] * outlines.offsets
+    left, right = seen[:, outlines.edges[:, 2]], seen[:, outlines.edges[:, 3]]
+    view, edge = (left != right).nonzero(as_tuple=True)
+    return view, edge, left[view, edge].to(torch.int32) * 2 - 1
+
+
+def _cuts(first: Tensor, last: Tensor, resolution: int):
+    """For each edge the pixel lines whose centres lie in [first, last): the edges' indices and the lines."""
+    low = (torch.minimum(first, last) - 0.5).ceil().clamp(0, resolution).long()
+    high = (torch.maximum(first, last) - 0.5).ceil().clamp(0, resolution).long()
+    counts = high - low
+    edge = torch.repeat_interleave(counts)
+    return edge, torch.arange(len(edge), device=edge.device) - (counts.cumsum(0) - counts - low)[edge]
+
+
+def _cross(across: Tensor, along: Tensor, edge: Tensor, line: Tensor):
+    """Where edges cut pixel lines: parameter on the edge in [0, 1], coordinate across, slope d across / d along."""
+    start, span = along[edge, 0], (along[:, 1] - along[:, 0])[edge]
+    parameter = (line + 0.5 - start) / span
+    rise = (across[:, 1] - across[:, 0])[edge]
+    return parameter, across[edge, 0] + parameter * rise, rise / span
+
+
+class _Render(torch.autograd.Function):
+    @staticmethod
+    def forward(ctx, rotation, translation, outlines, views, n):
+        pixels, depth = project(outlines, rotation, translation, views, n)
+        view, edge, sign = _contour(outlines, rotation, translation, views)
+        ends = pixels.view(-1, 2)[(view * pixels.shape[1])[:, None] + outlines.edges[edge, :2]]
+        u, v = ends[..., 0], ends[..., 1]
+
+        # winding number of every pixel's centre, from the cuts with the pixel rows
+        cut, row = _cuts(v[:, 0], v[:, 1], n)
+        parameter, x, slope = _cross(u, v, cut, row)
+        turn = torch.where((v[:, 1] > v[:, 0]), sign, -sign)[cut]  # +1 enters the silhouette to the right
+        column = (x - 0.5).ceil().clamp(0, n).long()
+        winding = torch.zeros(len(views.width) * n * (n + 1), dtype=torch.int32, device=x.device)
+        winding.index_add_(0, (view[cut] * n + row) * (n + 1) + column, turn)
+        inside = winding.view(-1, n, n + 1).cumsum(2)[:, :, :n] > 0
+        image = inside.to(rotation.dtype)
+
+        # shading of the pixel pairs that a contour runs between: along rows for steep edges, along columns for flat ones
+        steep = (v[:, 1] - v[:, 0]).abs() >= (u[:, 1] - u[:, 0]).abs()
+        chosen = steep[cut].nonzero()[:, 0]
+        pairs = [_pairs(inside, view, cut[chosen], row[chosen], x[chosen], turn[chosen], 1)]
+        passed = [(chosen, parameter, slope, cut)]
+        flat = (~steep).nonzero()[:, 0]
+        cut, line = _cuts(u[flat, 0], u[flat, 1], n)
+        cut = flat[cut]
+        parameter, y, slope = _cross(v, u, cut, line)
+        turn = torch.where((u[:, 1] > u[:, 0]), -sign, sign)[cut]  # +1 enters the silhouette downwards
+        pairs.append(_pairs(inside, view, cut, line, y, turn, 0))
+        passed.append((slice(None), parameter, slope, cut))
+
+        saved = []
+        for axis, ((kept, pixel, shade, rising), (chosen, parameter, slope, cut)) in enumerate(
+            zip(pairs, passed, strict=True)
+        ):
+            image.view(-1).index_add_(0, pixel, shade)
+            saved.append((axis, cut[chosen][kept], pixel, rising, parameter[chosen][kept], slope[chosen][kept]))
+        ctx.scene = (outlines, views, n, view, edge, saved, depth)
+        ctx.save_for_backward(rotation, translation, image)
+        return image.clamp(0, 1)
+
+    @staticmethod
+    def backward(ctx, upstream):
+        outlines, views, n, view, edge, saved, depth = ctx.scene
+        rotation, translation, image = ctx.saved_tensors
+        upstream = torch.where((image < 0) | (image > 1), 0, upstream).reshape(-1)
+        right, up = views.axes[:, 0], views.axes[:, 1]
+        scale = n / views.width[:, None]
+        total = torch.zeros(outlines.count, 4, 3, dtype=rotation.dtype, device=rotation.device)
+        for axis, cut, pixel, rising, parameter, slope in saved:
+            k, vertex = view[cut], outlines.edges[edge[cut], :2]
+            if depth is not None:  # the 2D parameter runs faster where the edge is near
+                d0, d1 = depth[k, vertex[:, 0]], depth[k, vertex[:, 1]]
+                share = parameter / d1 / ((1 - parameter) / d0 + parameter / d1)
+            else:
+                share = parameter
+            point = torch.lerp(outlines.vertices[vertex[:, 0]], outlines.vertices[vertex[:, 1]], share[:, None])
+            body = outlines.vertex_body[vertex[:, 0]]
+            du, dv = (right * scale)[k], (-up * scale)[k]
+            if depth is not None:
+                du, dv = _perspective_jacobian(views, n, k, point, rotation[body], translation[body], du, dv)
+            moved = du - slope[:, None] * dv if axis == 0 else dv - slope[:, None] * du
+            force = (upstream[pixel] * rising)[:, None] * moved
+            total += forces.gather(outlines.count, body, point, force)
+        return *forces.gradients(total), None, None, None
+
+
+def _perspective_jacobian(views, n, k, point, rotation, translation, du, dv):
+    """Rows d u / d x and d v / d x `(M, 3)` of the pixel coordinates at world points, in perspective views."""
+    world = (rotation @ point[:, :, None])[:, :, 0] + translation - views.centre[k]
+    forward, distance = views.axes[k, 2], _eye_distance(views)[k, None]
+    ratio = torch.where(views.perspective[k, None], 1 + (world * forward).sum(1, keepdim=True) / distance, 1.0)
+    bend = torch.where(views.perspective[k, None], forward / distance / ratio, 0.0)
+    shift_u, shift_v = (du * world).sum(1, keepdim=True) / ratio, (dv * world).sum(1, keepdim=True) / ratio
+    return du / ratio - shift_u * bend, dv / ratio - shift_v * bend
+
+
+def _pairs(inside: Tensor, view: Tensor, cut: Tensor, line: Tensor, place: Tensor, turn: Tensor, axis: int):
+    """Neighbouring pixels that a contour runs between, with the shade that the outermost crossing leaves.
+
+    axis 1: neighbours along a row (`line` is the row), 0: along a column. Returns which cuts are outermost, the pixel that
+    each one shades (flat index), by how much, and the sign of d shade / d place.
+    """
+    n = inside.shape[1]
+    first = (place - 0.5).floor().long()
+    valid = (first >= 0) & (first < n - 1)
+    k, safe = view[cut], first.clamp(0, n - 2)
+    step, base = (1, (k * n + line) * n + safe) if axis == 1 else (n, (k * n + safe) * n + line)
+    flat = inside.reshape(-1)
+    before, after = flat[base], flat[base + step]
+    kept = (valid & torch.where(turn > 0, after & ~before, before & ~after)).nonzero()[:, 0]
+    base, place, entering = base[kept], (place - 0.5 - first)[kept], turn[kept] > 0
+    reach = torch.where(entering, 1 - place, place)  # from the inner pixel's centre, in pixels
+
+    order = torch.arange(len(kept), device=kept.device)
+    rank = (reach.double() * 2**30).long() * 2**32 + order  # the outermost wins, one winner for each pair
+    best = torch.full((flat.numel(),), -1, dtype=torch.int64, device=kept.device)
+    best.scatter_reduce_(0, base, rank, "amax")
+    won = (best[base] == rank).nonzero()[:, 0]
+    kept, base, reach, entering = kept[won], base[won], reach[won], entering[won]
+    on_inner = reach < 0.5
+    pixel = torch.where(on_inner == entering, base + step, base)
+    return kept, pixel, reach - 0.5, torch.where(entering, -1.0, 1.0).to(reach.dtype)
+
+
+def _edges(faces: np.ndarray) -> np.ndarray:
+    """`(F, 3)` closed faces -> `(E, 4)`: from, to, the face that runs along it so, and one that runs against it."""
+    number = np.arange(len(faces))
+    half = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    owner = np.tile(number, 3)
+    up = half[:, 0] < half[:, 1]
+    forward, backward = half[up], half[~up][:, ::-1]
+    a = np.lexsort((forward[:, 1], forward[:, 0]))
+    b = np.lexsort((backward[:, 1], backward[:, 0]))
+    return np.column_stack([forward[a], owner[up][a], owner[~up][b]])
