@@ -139,52 +139,99 @@ class SurfaceSamples:
     area: Tensor
 
 
-def contact(
+@dataclass(frozen=True)
+class Neighbours:
+    """Samples that may come to touch: sample `(M,)`, the body it lies on, the body it may meet; and for walls,
+    wall_sample `(W,)` and its body."""
+
+    sample: Tensor
+    own: Tensor
+    other: Tensor
+    wall_sample: Tensor
+    wall_own: Tensor
+
+
+def neighbours(
     stack: GridStack,
     samples: SurfaceSamples,
     half: Tensor,
     rotation: Tensor,
     translation: Tensor,
-    margin: Tensor,
-) -> Tensor:
-    """`sum over surface samples of area * depth^2`, depth = how much nearer than `margin` to another body; m^4.
+    container: Container,
+    reach: float,
+) -> Neighbours:
+    """Every surface sample within `reach` metres of another body, or of the container's wall, or beyond it.
 
-    The kit's own term. Overlaps thinner than the spacing of the query points are invisible to Eq. 4; the samples of
-    each body, looked up in its neighbours' signed distances, see them. margin `(N,)` metres, added for a pair.
+    Good for as long as nothing moves by more than half of `reach` less twice the margin that `contact` is given.
     """
     with torch.no_grad():
-        first, second = _touching_boxes(half, rotation, translation, margin).nonzero(as_tuple=True)
-        counts = samples.count[first]
-        pair = torch.repeat_interleave(counts)
-        offset = torch.arange(len(pair), device=pair.device) - (counts.cumsum(0) - counts)[pair]
-        sample = samples.start[first][pair] + offset
-        # relative pose of each pair: the sampled body seen from the other's frame
-        turn = rotation[second].transpose(1, 2) @ rotation[first]
-        shift = (rotation[second].transpose(1, 2) @ (translation[first] - translation[second])[:, :, None])[:, :, 0]
+        first, second = _touching_boxes(half, rotation, translation, reach).nonzero(as_tuple=True)
+        pair, sample = _runs(samples.start[first], samples.count[first])
+        # the sampled body seen from the other's frame
+        back = rotation[second].transpose(1, 2)
+        turn, shift = back @ rotation[first], (back @ (translation[first] - translation[second])[:, :, None])[:, :, 0]
         local = (turn[pair] @ samples.points[sample][:, :, None])[:, :, 0] + shift[pair]
-        reach = (margin[first] + margin[second])[pair]
-        near = ((local.abs() < half[second][pair] + reach[:, None]).all(1)).nonzero()[:, 0]
-        pair, sample, local, reach = pair[near], sample[near], local[near], reach[near]
-        body = second[pair]
-        near = (stack.nearest(body, local) < reach + 0.87 * stack.spacing[body]).nonzero()[:, 0]
-        pair, sample, local, reach, body = pair[near], sample[near], local[near], reach[near], body[near]
-        value, slope = stack.sample(body, local)
-        depth = (reach - value).clamp(min=0)
-        weighted = samples.area[sample] * depth
-        total = (weighted * depth).sum()
-        push = 2 * weighted[:, None] * (rotation[body] @ slope[:, :, None])[:, :, 0]
-        wrench = forces.gather(len(rotation), first[pair], samples.points[sample], -push)
-        wrench += forces.gather(len(rotation), body, local, push)
+        other = second[pair]
+        near = (local.abs() < half[other] + reach).all(1).nonzero()[:, 0]
+        pair, sample, local, other = pair[near], sample[near], local[near], other[near]
+        near = (stack.nearest(other, local) < reach + 0.87 * stack.spacing[other]).nonzero()[:, 0]
+
+        close = container.signed_distance(translation)[0] + half.norm(dim=1) > -reach
+        own, wall = _runs(samples.start, torch.where(close, samples.count, 0))
+        distance, _ = container.signed_distance(_to_world(rotation, translation, own, samples.points[wall]))
+        by_wall = (distance > -reach).nonzero()[:, 0]
+    return Neighbours(sample[near], first[pair[near]], other[near], wall[by_wall], own[by_wall])
+
+
+def contact(
+    stack: GridStack,
+    samples: SurfaceSamples,
+    near: Neighbours,
+    container: Container,
+    rotation: Tensor,
+    translation: Tensor,
+    margin: Tensor,
+) -> Tensor:
+    """`sum over surface samples of area * depth^2`, depth = how much nearer than allowed to a body or wall; m^4.
+
+    The kit's own term. Overlaps thinner than the spacing of the query points are invisible to Eq. 4; the samples of
+    each body, looked up in its neighbours' and the container's signed distances, see them. margin `(N,)` metres,
+    the distance that each body keeps: from a wall its own, from another body the sum of both.
+    """
+    with torch.no_grad():
+        point = samples.points[near.sample]
+        world = _to_world(rotation, translation, near.own, point)
+        local = ((world - translation[near.other])[:, None, :] @ rotation[near.other])[:, 0]
+        value, slope = stack.sample(near.other, local)
+        depth = (margin[near.own] + margin[near.other] - value).clamp(min=0)
+        push = samples.area[near.sample] * depth
+        total = (push * depth).sum()
+        force = 2 * push[:, None] * (rotation[near.other] @ slope[:, :, None])[:, :, 0]
+        wrench = forces.gather(len(rotation), near.own, point, -force)
+        wrench += forces.gather(len(rotation), near.other, local, force)
+
+        point = samples.points[near.wall_sample]
+        value, normal = container.signed_distance(_to_world(rotation, translation, near.wall_own, point))
+        depth = (value + margin[near.wall_own]).clamp(min=0)
+        push = samples.area[near.wall_sample] * depth
+        total += (push * depth).sum()
+        wrench += forces.gather(len(rotation), near.wall_own, point, 2 * push[:, None] * normal)
     return forces.attach(total, rotation, translation, *forces.gradients(wrench))
+
+
+def _runs(start: Tensor, count: Tensor) -> tuple[Tensor, Tensor]:
+    """Rows of index ranges `[start, start + count)`: which range each index is of, and the index."""
+    which = torch.repeat_interleave(count)
+    return which, torch.arange(len(which), device=count.device) - (count.cumsum(0) - count - start)[which]
 
 
 def _to_world(rotation: Tensor, translation: Tensor, body: Tensor, points: Tensor) -> Tensor:
     return (rotation[body] @ points[:, :, None])[:, :, 0] + translation[body]
 
 
-def _touching_boxes(half: Tensor, rotation: Tensor, translation: Tensor, margin: Tensor) -> Tensor:
-    """`(N, N)` bool, which bodies' world boxes, grown by their margins, intersect; False on the diagonal."""
-    reach = (rotation.abs() @ half[:, :, None])[:, :, 0] + margin[:, None]
+def _touching_boxes(half: Tensor, rotation: Tensor, translation: Tensor, margin: float) -> Tensor:
+    """`(N, N)` bool, which bodies' world boxes, grown by `margin` metres in all, intersect; False on the diagonal."""
+    reach = (rotation.abs() @ half[:, :, None])[:, :, 0] + margin / 2
     apart = (translation[:, None] - translation[None]).abs() > reach[:, None] + reach[None]
     touching = ~apart.any(-1)
     return touching.fill_diagonal_(False)
@@ -211,8 +258,7 @@ def _inside_pairs(stack, half, rotation, translation, lattice, shared: bool):
     width = (high - low + 1).clamp(min=0)
 
     columns = width[:, 0] * width[:, 1]
-    body = torch.repeat_interleave(columns)
-    step = torch.arange(len(body), device=device) - (columns.cumsum(0) - columns)[body]
+    body, step = _runs(torch.zeros_like(columns), columns)
     ix = low[body, 0] + torch.div(step, width[body, 1], rounding_mode="floor")
     iy = low[body, 1] + step % width[body, 1]
     # along a column the place in the body's frame is base + iz * rise
@@ -226,8 +272,7 @@ def _inside_pairs(stack, half, rotation, translation, lattice, shared: bool):
     last = torch.minimum(torch.maximum(enter, leave).amin(1).floor().clamp(-1, lattice.shape[2]).long(), top[2])
     runs = (last - first + 1).clamp(min=0)
 
-    column = torch.repeat_interleave(runs)
-    iz = torch.arange(len(column), device=device) - (runs.cumsum(0) - runs - first)[column]
+    column, iz = _runs(first, runs)
     owner = body[column]
     point = ((ix * lattice.shape[1] + iy) * lattice.shape[2])[column] + iz
     spacing = stack.spacing[body, None]

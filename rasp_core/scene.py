@@ -1,0 +1,107 @@
+"""The tensors of one problem: bodies, container and views on one device, built once and used at every iteration."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+import torch
+import trimesh
+from torch import Tensor
+
+from .cameras import Camera
+from .containers import Container
+from .errors import InputError
+from .losses import SurfaceSamples
+from .meshes import Body
+from .sdf import GridStack
+from .silhouettes import Outlines, Views, render
+
+SAMPLE_SPACING = 2.0  # between surface samples, in cells of the body's grid
+MAX_SAMPLES = 2000  # for one body
+
+
+class Scene:
+    """N bodies in a container before K views.
+
+    outlines, stack, views : what the losses need, see their modules. half `(N, 3)`, radius `(N,)`: the bodies' boxes
+    and spheres. width : the widest view's, metres. samples : points on the bodies' surfaces. targets `(K, H, W)`: the container's own silhouettes.
+    """
+
+    def __init__(
+        self,
+        bodies: Sequence[Body],
+        container: Container,
+        cameras: Sequence[Camera],
+        device: str | torch.device = "cpu",
+        dtype: torch.dtype = torch.float32,
+    ):
+        if not bodies:
+            raise InputError("there is nothing to arrange; give at least one object")
+        self.bodies, self.container, self.cameras = list(bodies), container, list(cameras)
+        self.device, self.dtype = resolve_device(device), dtype
+        self.width = max(camera.width for camera in cameras)
+        self.outlines = Outlines(bodies, self.device, dtype)
+        self.stack = GridStack.of_bodies(bodies, self.device, dtype)
+        self.views = Views(cameras, self.device, dtype)
+        self.half = self._tensor([body.half_extents for body in bodies])
+        self.radius = self._tensor([body.radius for body in bodies])
+        points = [_surface_points(body) for body in bodies]
+        count = torch.tensor([len(p) for p in points], device=self.device)
+        area = [np.full(len(p), body.manifold.surface_area() / len(p)) for body, p in zip(bodies, points, strict=True)]
+        self.samples = SurfaceSamples(
+            self._tensor(np.concatenate(points)), count.cumsum(0) - count, count, self._tensor(np.concatenate(area))
+        )
+
+    def container_silhouettes(self, resolution: int) -> Tensor:
+        """The container's own silhouettes `(K, resolution, resolution)`, the targets of packing."""
+        outlines = Outlines([self.container.body], self.device, self.dtype)
+        identity = torch.eye(3, device=self.device, dtype=self.dtype)[None]
+        return render(outlines, identity, self._tensor(self.container.body.centre[None]), self.views, resolution)
+
+    def _tensor(self, rows) -> Tensor:
+        return torch.as_tensor(np.asarray(rows, np.float64), device=self.device, dtype=self.dtype)
+
+
+def resolve_device(name: str | torch.device) -> torch.device:
+    """`auto` (a GPU where there is one), `cpu`, `cuda`, `cuda:1`, `mps`. Raises InputError where it is not there."""
+    if str(name) == "auto":
+        return torch.device("cuda" if torch.cuda.is_available() else "cpu")
+    try:
+        device = torch.device(name)
+        torch.zeros(1, device=device)
+    except (RuntimeError, AssertionError, NotImplementedError) as error:
+        raise InputError(f"device {str(name)!r} is not available here; use auto or cpu") from error
+    return device
+
+
+def _surface_points(body: Body) -> np.ndarray:
+    """`(S, 3)` vertices of the solid (at most half of the points) and points spread over its faces by area."""
+    return _cached_points(_Key(body))
+
+
+class _Key:
+    """A body that hashes by its geometry, so that equal bodies share their samples."""
+
+    def __init__(self, body: Body):
+        self.body = body
+
+    def __hash__(self):
+        return hash(self.body.digest)
+
+    def __eq__(self, other):
+        return self.body.digest == other.body.digest
+
+
+@lru_cache(maxsize=1024)
+def _cached_points(key: _Key) -> np.ndarray:
+    body = key.body
+    spacing = SAMPLE_SPACING * 2 * body.half_extents.max() / 48
+    mesh = trimesh.Trimesh(body.solid_vertices, body.solid_faces, process=False)
+    wanted = int(np.clip(mesh.area / spacing**2, 200, MAX_SAMPLES))
+    spread, _ = trimesh.sample.sample_surface(mesh, wanted, seed=0)
+    corners = body.solid_vertices
+    if len(corners) > wanted:
+        corners = corners[np.linspace(0, len(corners) - 1, wanted).astype(int)]
+    return np.concatenate([corners, np.asarray(spread)])
