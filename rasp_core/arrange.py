@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import tempfile
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -129,7 +129,8 @@ class Arrangement:
     """Where the bodies ended up.
 
     rotation `(N, 3, 3)`, translation `(N, 3)`: of the bodies' centres, CPU, float64.
-    images, targets : `(K, H, W)` float32, as drawn at the end without blur. history : one row a iteration, columns LOSS_NAMES.
+    images, targets : `(K, H, W)` float32, as drawn at the end without blur.
+    history : one row an iteration, columns LOSS_NAMES.
     interrupted : True where Ctrl-C or the callback ended it early.
     """
 
@@ -142,7 +143,6 @@ class Arrangement:
     cameras: Sequence[Camera]
     history: np.ndarray
     interrupted: bool = False
-    extras: dict = field(default_factory=dict)
 
     @property
     def matrices(self) -> np.ndarray:
@@ -281,9 +281,7 @@ def evaluate(scene: Scene, rotation, translation, targets, lattice, settings: Se
         if near is None:
             near = find_neighbours(scene, rotation, translation, settings)
         margin = torch.full_like(scene.radius, settings.contact_margin)
-        contact = losses.contact(
-            scene.stack, scene.samples, near, scene.container, rotation, translation, margin
-        )
+        contact = losses.contact(scene.stack, scene.samples, near, scene.container, rotation, translation, margin)
         contact = contact / lattice.spacing**3
     total = (
         settings.silhouette_weight * silhouette
@@ -297,9 +295,15 @@ def evaluate(scene: Scene, rotation, translation, targets, lattice, settings: Se
 def find_neighbours(scene: Scene, rotation: Tensor, translation: Tensor, settings: Settings) -> losses.Neighbours:
     """The samples that the contact term looks at, for some iterations about these poses."""
     reach = NEIGHBOUR_REACH * scene.width + 2 * settings.contact_margin
-    return losses.neighbours(
-        scene.stack, scene.samples, scene.half, rotation, translation, scene.container, reach
-    )
+    return losses.neighbours(scene.stack, scene.samples, scene.half, rotation, translation, scene.container, reach)
+
+
+def draw_images(arrangement: Arrangement, device: str | torch.device = "cpu") -> Arrangement:
+    """The arrangement with its images drawn anew, after its bodies or poses were changed."""
+    scene = arrangement.problem.scene(device)
+    place = (x.to(scene.device, scene.dtype) for x in (arrangement.rotation, arrangement.translation))
+    images = render(scene.outlines, *place, scene.views, arrangement.settings.resolution)
+    return replace(arrangement, images=images.cpu().numpy())
 
 
 class _Variables:
@@ -313,9 +317,7 @@ class _Variables:
             raise InputError(f"the start has {len(self.rotation)} poses for {count} objects; give one for each")
         self.width = scene.width
         turn = torch.zeros(count, 3) if settings.rotation == "angles" else torch.tensor([1.0, 0, 0, 0]).repeat(count, 1)
-        self.to_rotation = (
-            poses.angles_to_rotation if settings.rotation == "angles" else poses.quaternion_to_rotation
-        )
+        self.to_rotation = poses.angles_to_rotation if settings.rotation == "angles" else poses.quaternion_to_rotation
         # a quaternion (1, d) turns by 2 d, so half the rate gives both parametrisations the same first step
         self.turn_rate = 1.0 if settings.rotation == "angles" else 0.5
         self.turn = turn.to(scene.device, scene.dtype).requires_grad_()
@@ -350,7 +352,7 @@ def _fall(first: float, last: float, share: float) -> float:
 
 
 def _identity(settings: Settings, variables: _Variables) -> dict:
-    return {"settings": asdict(replace(settings)), "count": len(variables.shift)}
+    return {"settings": asdict(settings), "count": len(variables.shift)}
 
 
 def _save(path, iteration, variables, optimiser, settings, rows) -> None:

@@ -97,6 +97,4 @@ def spread_views(count: int, width: float, centre: Sequence[float]) -> list[Came
         raise InputError(f"at least one view is needed, got {count}")
     centre = tuple(float(x) for x in centre)
     golden = 180 * (3 - math.sqrt(5))
-    return [
-        Camera((k * golden) % 360, math.degrees(math.asin((k + 0.5) / count)), width, centre) for k in range(count)
-    ]
+    return [Camera((k * golden) % 360, math.degrees(math.asin((k + 0.5) / count)), width, centre) for k in range(count)]

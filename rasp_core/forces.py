@@ -1,8 +1,8 @@
 """What every loss of the kit boils down to: forces at points of rigid bodies.
 
 A loss whose value changes by `f . dx` when a point of body i moves by dx has the gradients
-`dL/dt_i = sum f` and, along rotations, `dL/dR_i = sum f (outer) q`, with q the point in the body's frame. The losses compute
-their value and these sums in one pass, without autograd's buffers; `attach` hands them to autograd.
+`dL/dt_i = sum f` and, along rotations, `dL/dR_i = sum f (outer) q`, with q the point in the body's frame. The losses
+compute their value and these sums in one pass, without autograd's buffers; `attach` hands them to autograd.
 """
 
 from __future__ import annotations

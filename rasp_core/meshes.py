@@ -110,9 +110,7 @@ def unite(vertices: np.ndarray, faces: np.ndarray) -> manifold3d.Manifold:
     pieces = [to_manifold(*_submesh(vertices, faces[labels == label])) for label in range(labels.max() + 1)]
     if sum(piece.volume() for piece in pieces) < 0:
         return unite(vertices, faces[:, ::-1])
-    solid = manifold3d.Manifold.batch_boolean(
-        [piece for piece in pieces if piece.volume() > 0], manifold3d.OpType.Add
-    )
+    solid = manifold3d.Manifold.batch_boolean([piece for piece in pieces if piece.volume() > 0], manifold3d.OpType.Add)
     for label, piece in enumerate(pieces):
         if piece.volume() < 0:
             solid -= to_manifold(*_submesh(vertices, faces[labels == label][:, ::-1]))

@@ -1,14 +1,14 @@
 """Packing: as many objects as fit in a container without intersection, by the paper's losses.
 
-The paper: N_init = |C| / mean |O| objects at random poses, Eq. 1, then objects are added or dropped until N = N_max, the most
-that fit with no intersection. Here: from N_init downwards, in one warm run. Where this departs from the text, it says so:
+The paper: N_init = |C| / mean |O| objects at random poses, Eq. 1, then objects are added or dropped until N = N_max,
+the most that fit with no intersection. Here: from N_init downwards, in one warm run. It departs from the text so:
 
 - every round goes on from the poses of the round before instead of from new random ones;
 - what is dropped is chosen: the objects that share the most volume with others, for their own volume (by booleans);
-- lambda is WALL_WEIGHT: with the paper's 0.001 the overlap term, a sum over points of depths in metres, outweighs
-  the walls by far and pushes everything out of the box;
-- a last stage replaces the walls' term by surface contact (`losses.contact`), which sees overlaps that are thinner
-  than the spacing of the query points.
+- lambda is WALL_WEIGHT: with the paper's 0.001 the overlap term, a sum over points of depths in metres, outweighs the
+  walls by far and pushes everything out of the box;
+- a last stage has surface contact (`losses.contact`) alone, which sees overlaps thinner than the spacing of the
+  query points.
 """
 
 from __future__ import annotations
@@ -21,17 +21,19 @@ import numpy as np
 import torch
 from tqdm.auto import tqdm
 
-from .arrange import Arrangement, Problem, Settings, Start, arrange
+from . import losses
+from .arrange import Arrangement, Problem, Settings, Start, arrange, draw_images
 from .certify import TOLERANCE, Certificate, certify
 from .containers import Container
+from .density import mesh_density
 from .errors import InputError
 from .meshes import Body, unique_names
 from .sdf import bake_cached
 
-WALL_WEIGHT = 1.0  # lambda while packing
-CONTACT_WEIGHT = 10.0  # of the surface contact in the last stage
+FIRST_ROUND = 0.15  # of `iterations`: the length of the first and the settling rounds; those between take a quarter
+WALL_WEIGHT = 1.0  # what the paper's lambda of 0.001 becomes while packing
 CLEARANCE = 3e-4  # contact margin, in viewing widths
-RESOLVABLE = 0.02  # share of overlapping volume that the last stage can press out
+RESOLVABLE = 0.01  # share of overlapping volume that the last stage can press out
 LARGEST_DROP = 0.08  # share of the objects dropped in one round
 STALLED = 0.7  # a settling round that leaves more than this of the worst fault has stalled
 
@@ -54,12 +56,7 @@ class Packing:
     @property
     def density(self) -> float:
         """Eq. 6: the objects' volume over the container's."""
-        return density_of(self.arrangement.problem.bodies, self.arrangement.problem.container)
-
-
-def density_of(bodies: Sequence[Body], container: Container) -> float:
-    """Eq. 6 from mesh volumes: `rho = sum |O_i| / |C|`."""
-    return sum(body.volume for body in bodies) / container.volume
+        return mesh_density(self.arrangement.problem.bodies, self.arrangement.problem.container)
 
 
 def initial_count(bodies: Sequence[Body], container: Container) -> int:
@@ -96,10 +93,8 @@ def check_sizes(bodies: Sequence[Body], container: Container) -> None:
         known.add(body.digest)
         if (
             body.volume > container.volume
-            or 2 * body.radius > diameter
-            and _diameter(body) > diameter
-            or body.half_extents.min() > ball
-            and _inscribed_radius(body) > ball
+            or (2 * body.radius > diameter and _diameter(body) > diameter)
+            or (body.half_extents.min() > ball and _inscribed_radius(body) > ball)
         ):
             size = " x ".join(f"{2 * h:.3g}" for h in body.half_extents)
             room = " x ".join(f"{edge:.3g}" for edge in np.ptp(container.bounds, axis=0))
@@ -122,7 +117,8 @@ def pack(
 
     count None: start from `initial_count` objects of the pool in seeded order and drop objects until the certificate
     holds. A number: arrange exactly the first that many of that order, without search, and report what is.
-    settings : `settings.iterations` is the length of the first round; lambda_ is used as given when count is fixed.
+    settings : learning rates, contact terms and, when searching, the weight of the walls are the search's own (see
+    above); lambda_ scales the latter. A search makes about two to five times `settings.iterations` iterations.
     time_limit : seconds; then, or at Ctrl-C, the objects at fault are dropped as they lie.
 
     Raises InputError for no bodies, a count out of range, or bodies larger than the container.
@@ -160,21 +156,27 @@ class _Run:
         return self._result()
 
     def search(self) -> Packing:
-        base = replace(self.settings, lambda_=self.settings.lambda_ * WALL_WEIGHT / Settings.lambda_)
-        length = base.iterations
-        self._round(replace(base, learning_rate=2e-2, final_learning_rate=3e-3))
+        length = max(1, round(FIRST_ROUND * self.settings.iterations))
+        base = replace(
+            self.settings,
+            iterations=length,
+            lambda_=self.settings.lambda_ * WALL_WEIGHT / losses.LAMBDA,
+            learning_rate=2e-2,
+            final_learning_rate=3e-3,
+        )
+        self._round(base)
         relax = replace(base, iterations=max(1, length // 4), learning_rate=8e-3, final_learning_rate=2e-3)
         while not self.stopped and self.fault_share > RESOLVABLE:
             self._drop(max(1, int(len(self.chosen) * min(LARGEST_DROP, self.fault_share))))
             self._round(relax)
         settle = replace(
             base,
-            iterations=max(1, length),
             learning_rate=3e-3,
             final_learning_rate=1e-4,
             silhouette_weight=0.0,
+            overlap_weight=0.0,
             lambda_=0.0,
-            contact_weight=CONTACT_WEIGHT,
+            contact_weight=1.0,
             contact_margin=CLEARANCE * max(camera.width for camera in self.container.views()),
         )
         before = np.inf
@@ -204,11 +206,11 @@ class _Run:
     def _round(self, settings: Settings) -> None:
         problem = Problem(self.bodies, self.container)
         self.arrangement = arrange(problem, settings, self.start, self.device, callback=self._after_step)
-        self.start = self.arrangement.start
+        self.start, self.dropped_last = self.arrangement.start, False
         self.histories.append(self.arrangement.history)
         self._judge()
         self.bar.set_postfix_str(
-            f"objects {len(self.chosen)}, density {density_of(self.bodies, self.container):.4f}, "
+            f"objects {len(self.chosen)}, density {mesh_density(self.bodies, self.container):.4f}, "
             f"overlap {self.fault_share:.1e}"
         )
 
@@ -221,7 +223,7 @@ class _Run:
         self.rounds.append(
             {
                 "objects": len(self.chosen),
-                "density": density_of(self.bodies, self.container),
+                "density": mesh_density(self.bodies, self.container),
                 "fault_share": self.fault_share,
                 "worst_overlap": self.certificate.worst_overlap,
                 "worst_protrusion": self.certificate.worst_protrusion,
@@ -242,16 +244,15 @@ class _Run:
         keep = sorted(np.argsort(-share, kind="stable")[count:].tolist())
         self.chosen = [self.chosen[i] for i in keep]
         self.start = self.start.take(keep)
-        self.arrangement = _subset(self.arrangement, self.bodies, self.start)
+        problem = replace(self.arrangement.problem, bodies=self.bodies)
+        self.arrangement = replace(self.arrangement, problem=problem, **vars(self.start))
+        self.dropped_last = True
 
     def _result(self) -> Packing:
+        if self.dropped_last:
+            self.arrangement = draw_images(self.arrangement, self.device)
         history = np.concatenate(self.histories)
         return Packing(self.arrangement, self.chosen, self.certificate, history, self.rounds)
-
-
-def _subset(arrangement: Arrangement, bodies: list[Body], start: Start) -> Arrangement:
-    problem = replace(arrangement.problem, bodies=bodies)
-    return replace(arrangement, problem=problem, rotation=start.rotation, translation=start.translation)
 
 
 def _diameter(body: Body) -> float:

@@ -26,7 +26,7 @@ class Scene:
     """N bodies in a container before K views.
 
     outlines, stack, views : what the losses need, see their modules. half `(N, 3)`, radius `(N,)`: the bodies' boxes
-    and spheres. width : the widest view's, metres. samples : points on the bodies' surfaces. targets `(K, H, W)`: the container's own silhouettes.
+    and spheres. samples : points on their surfaces. width : the widest view's, metres.
     """
 
     def __init__(

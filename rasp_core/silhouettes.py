@@ -1,12 +1,12 @@
 """The differentiable shadow renderer: bodies + poses + cameras -> silhouettes `(K, H, W)` in [0, 1].
 
-No face is rasterised. Seen from a camera, the front-facing triangles of a closed surface are bounded by its contour edges, and
-the number of front layers over a pixel is the winding number of those edges about it. So:
+No face is rasterised. Seen from a camera, the front-facing triangles of a closed surface are bounded by its contour
+edges, and the number of front layers over a pixel is the winding number of those edges about it. So:
 
 1. each contour edge is cut with the pixel rows; the signed cuts, summed along each row, give the winding number
    of every pixel's centre at once, for all bodies together; the silhouette is where it is positive;
 2. where a pixel inside has a neighbour outside, the outermost contour edge between their centres says how far the
-   silhouette reaches, and the pixel pair is shaded accordingly (analytic antialiasing, after Laine et al. 2020, nvdiffrast);
+   silhouette reaches, and the pair is shaded accordingly (analytic antialiasing, after Laine et al. 2020, nvdiffrast);
 3. the gradient flows back through those crossings alone, as forces on the points of the edges.
 
 The cost is that of the contours' length in pixels plus one cumulative sum. Softness is a Gaussian blur of that exact
@@ -165,7 +165,7 @@ class _Render(torch.autograd.Function):
         inside = winding.view(-1, n, n + 1).cumsum(2)[:, :, :n] > 0
         image = inside.to(rotation.dtype)
 
-        # shading of the pixel pairs that a contour runs between: along rows for steep edges, along columns for flat ones
+        # shade the pixel pairs that a contour runs between: along rows for steep edges, along columns for flat ones
         steep = (v[:, 1] - v[:, 0]).abs() >= (u[:, 1] - u[:, 0]).abs()
         chosen = steep[cut].nonzero()[:, 0]
         pairs = [_pairs(inside, view, cut[chosen], row[chosen], x[chosen], turn[chosen], 1)]
@@ -227,8 +227,8 @@ def _perspective_jacobian(views, n, k, point, rotation, translation, du, dv):
 def _pairs(inside: Tensor, view: Tensor, cut: Tensor, line: Tensor, place: Tensor, turn: Tensor, axis: int):
     """Neighbouring pixels that a contour runs between, with the shade that the outermost crossing leaves.
 
-    axis 1: neighbours along a row (`line` is the row), 0: along a column. Returns which cuts are outermost, the pixel that
-    each one shades (flat index), by how much, and the sign of d shade / d place.
+    axis 1: neighbours along a row (`line` is the row), 0: along a column. Returns which cuts are outermost, the pixel
+    that each one shades (flat index), by how much, and the sign of d shade / d place.
     """
     n = inside.shape[1]
     first = (place - 0.5).floor().long()

@@ -1,0 +1,163 @@
+"""The command line: `rasp pack`, `rasp check`, `rasp figures`; also `python -m rasp_core`.
+
+Exit status: 0 certified, 1 not certified, 2 for input that cannot be used (one line on standard error says what and
+how to mend it). Progress goes to standard error, one line of result to standard output.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from pathlib import Path
+from typing import NoReturn
+
+from . import __version__
+from .errors import InputError
+
+
+class _Parser(argparse.ArgumentParser):
+    """Says what is wrong in one line, without the usage."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"rasp: {message}; see {self.prog} --help\n")
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line; returns the exit status."""
+    options = _parser().parse_args(arguments)
+    try:
+        return options.run(options)
+    except InputError as error:
+        print(f"rasp: {' '.join(str(error).split())}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("rasp: interrupted; nothing was written", file=sys.stderr)
+        return 130
+
+
+def _parser() -> _Parser:
+    parser = _Parser(prog="rasp", description="Arrange rigid 3D objects by their shadows, without overlap.")
+    parser.add_argument("--version", action="version", version=f"rasp {__version__}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND", parser_class=_Parser)
+
+    pack = commands.add_parser("pack", help="pack objects into a container")
+    pack.add_argument("objects", nargs="+", metavar="OBJECTS", help="mesh files or folders of them, in metres")
+    pack.add_argument("--container", required=True, help="box:X,Y,Z in metres, or a closed mesh")
+    pack.add_argument("--count", default="auto", help="auto (search), or exactly how many to arrange")
+    pack.add_argument("--repeat", type=int, metavar="D", help="draw a pool of D objects with replacement")
+    pack.add_argument(
+        "--fit-objects", type=int, metavar="N", help="scale all objects so that N make half the container"
+    )
+    pack.add_argument("--method", default="rasp", choices=["rasp"], help="how to search (default: rasp)")
+    pack.add_argument("--iterations", type=int, default=1000, help="length of the optimisation (default: 1000)")
+    pack.add_argument("--lambda", dest="lambda_", type=float, default=0.001, help="weight of Eq. 5 (default: 0.001)")
+    pack.add_argument("--epsilon", type=float, default=0.01, help="depth of Eq. 5 in metres (default: 0.01)")
+    pack.add_argument("--resolution", type=int, default=256, help="pixels along a silhouette (default: 256)")
+    pack.add_argument("--time-limit", type=float, metavar="S", help="seconds for the search")
+    pack.add_argument("--seed", type=int, default=0)
+    pack.add_argument("--device", default="auto", help="auto, cpu, cuda, cuda:1, mps (default: auto)")
+    pack.add_argument("--out", type=Path, default=Path("out"), help="the run's folder (default: out)")
+    pack.set_defaults(run=_pack)
+
+    check = commands.add_parser("check", help="certificate and density of a run; exit status 1 where it fails")
+    check.add_argument("scene", metavar="DIR|scene.glb", type=Path)
+    check.set_defaults(run=_check)
+
+    figures = commands.add_parser("figures", help="run the figure notebooks and compare their facts")
+    figures.add_argument("names", nargs="*", metavar="NAME", help="such as 03_packing_density (default: all)")
+    figures.add_argument(
+        "--scale", default="quick", choices=["quick", "paper"], help="embedded data, or the real pools"
+    )
+    figures.set_defaults(run=_figures)
+    return parser
+
+
+def _pack(options: argparse.Namespace) -> int:
+    from . import containers, density, meshes, packing, results
+    from .arrange import Settings
+    from .scene import resolve_device
+
+    began = time.monotonic()
+    count = _count(options.count)
+    if options.time_limit is not None and not options.time_limit > 0:
+        raise InputError(f"--time-limit must be positive, got {options.time_limit}")
+    settings = Settings(
+        iterations=options.iterations,
+        lambda_=options.lambda_,
+        epsilon=options.epsilon,
+        resolution=options.resolution,
+        seed=options.seed,
+    )
+    folder = results.check_writable(options.out)
+    device = resolve_device(options.device)
+    container = containers.parse(options.container)
+    bodies = meshes.load_bodies(options.objects)
+    scale = 1.0
+    if options.repeat is not None:
+        bodies = packing.draw(bodies, options.repeat, options.seed)
+    if options.fit_objects is not None:
+        scale = packing.fit_scale(bodies, container, options.fit_objects)
+        bodies = [body.scaled(scale) for body in bodies]
+    packed = packing.pack(bodies, container, count, settings, device, options.time_limit, progress=sys.stderr.isatty())
+    arrangement, certificate = packed.arrangement, packed.certificate
+    placed = arrangement.problem.bodies
+    voxel = float(max(container.bounds[1] - container.bounds[0])) / 160
+    facts = {
+        "command": "pack",
+        "pool": len(bodies),
+        "object_scale": scale,
+        "density": packed.density,
+        "density_voxels": density.voxel_density(placed, arrangement.matrices, container, voxel),
+        "voxel": voxel,
+        "rounds": packed.rounds,
+        "device": str(device),
+        "seconds": time.monotonic() - began,
+    }
+    results.save_run(folder, arrangement, certificate, facts, packed.history)
+    _say(len(placed), packed.density, certificate, folder)
+    return 0 if certificate.holds else 1
+
+
+def _check(options: argparse.Namespace) -> int:
+    import numpy as np
+
+    from . import density, results
+    from .certify import certify
+
+    bodies, container = results.read_scene(options.scene)
+    certificate = certify(bodies, np.tile(np.eye(4), (len(bodies), 1, 1)), container)
+    _say(len(bodies), density.mesh_density(bodies, container), certificate, options.scene)
+    return 0 if certificate.holds else 1
+
+
+def _figures(options: argparse.Namespace) -> int:
+    from . import figures
+
+    return figures.run(options.names, options.scale)
+
+
+def _say(count: int, density: float, certificate, where: Path) -> None:
+    for line in certificate.lines()[:20]:
+        print(f"rasp: {line}", file=sys.stderr)
+    verdict = "certified" if certificate.holds else "NOT certified"
+    print(
+        f"{where}: {count} objects, density {density:.4f}, {verdict} (worst overlap {certificate.worst_overlap:.1e}, "
+        f"worst protrusion {certificate.worst_protrusion:.1e})"
+    )
+
+
+def _count(text: str) -> int | None:
+    if text == "auto":
+        return None
+    try:
+        count = int(text)
+    except ValueError:
+        count = 0
+    if count < 1:
+        raise InputError(f"--count must be auto or a positive number, got {text}")
+    return count
+
+
+if __name__ == "__main__":
+    sys.exit(main())

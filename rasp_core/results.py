@@ -1,0 +1,178 @@
+"""Save a run's folder and read scenes back.
+
+scene.glb : one node for each body, named as the body, and one node `container`; metres, world z up.
+result.json : poses, volumes, density both ways, certificate, last losses, views, settings, seed, versions, device.
+history.csv : every loss at every iteration. silhouettes.png : target, rendered, difference for each view.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import platform
+import shutil
+import tempfile
+from collections.abc import Sequence
+from dataclasses import asdict
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from . import show
+from .arrange import LOSS_NAMES, Arrangement
+from .certify import Certificate
+from .containers import Container
+from .errors import InputError, MeshError
+from .meshes import Body, make_body
+
+PACKAGES = ("torch", "numpy", "trimesh", "manifold3d", "open3d")
+
+
+def check_writable(folder: str | Path) -> Path:
+    """The folder's path, if a run can be saved there. Raises InputError naming it otherwise; creates nothing."""
+    folder = Path(folder)
+    parent = folder
+    while not parent.exists():
+        parent = parent.parent
+    if not parent.is_dir():
+        raise InputError(f"{folder}: cannot be written, {parent} is a file; name another folder with --out")
+    try:
+        with tempfile.TemporaryFile(dir=parent):
+            pass
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written ({error.strerror}); name another folder with --out") from error
+    return folder
+
+
+def save_run(
+    folder: str | Path,
+    arrangement: Arrangement,
+    certificate: Certificate,
+    facts: dict,
+    history: np.ndarray | None = None,
+) -> Path:
+    """Write a run's folder; each file appears whole or not at all.
+
+    facts : further entries of result.json. history : `(I, 5)` losses, the arrangement's own where None.
+    Raises InputError where the folder cannot be written.
+    """
+    folder = check_writable(folder)
+    history = arrangement.history if history is None else history
+    made = not folder.exists()
+    folder.mkdir(parents=True, exist_ok=True)
+    work = Path(tempfile.mkdtemp(dir=folder, prefix=".part-"))
+    try:
+        write_scene(work / "scene.glb", arrangement.problem.bodies, arrangement.matrices, arrangement.problem.container)
+        record = {**describe(arrangement, certificate, history), **facts}
+        (work / "result.json").write_text(json.dumps(record, indent=1) + "\n")
+        with (work / "history.csv").open("w", newline="") as file:
+            writer = csv.writer(file)
+            writer.writerow(["iteration", *LOSS_NAMES])
+            writer.writerows([i, *map(float, row)] for i, row in enumerate(history))
+        figure = show.silhouette_figure(arrangement.targets, arrangement.images, arrangement.cameras)
+        figure.savefig(work / "silhouettes.png", dpi=100)
+        for file in sorted(work.iterdir()):
+            os.replace(file, folder / file.name)
+    except OSError as error:
+        if made:
+            shutil.rmtree(folder, ignore_errors=True)
+        raise InputError(f"{folder}: cannot be written ({error.strerror}); name another folder with --out") from error
+    finally:
+        shutil.rmtree(work, ignore_errors=True)
+    return folder
+
+
+def describe(arrangement: Arrangement, certificate: Certificate, history: np.ndarray) -> dict:
+    """What result.json says of an arrangement, as plain numbers."""
+    bodies, container = arrangement.problem.bodies, arrangement.problem.container
+    final = history[-1] if len(history) else np.zeros(len(LOSS_NAMES))
+    return {
+        "objects": [
+            {"name": body.name, "volume": body.volume, "sha256": body.digest, "pose": matrix.tolist()}
+            for body, matrix in zip(bodies, arrangement.matrices, strict=True)
+        ],
+        "container": {
+            "volume": container.volume,
+            "bounds": container.bounds.tolist(),
+            "box": None if container.size is None else container.size.tolist(),
+            "sha256": container.body.digest,
+        },
+        "certificate": certificate.to_dict(),
+        "losses": {name: float(value) for name, value in zip(LOSS_NAMES, final, strict=True)},
+        "views": [camera.to_dict() for camera in arrangement.cameras],
+        "settings": asdict(arrangement.settings),
+        "seed": arrangement.settings.seed,
+        "iterations": len(history),
+        "interrupted": arrangement.interrupted,
+        "versions": versions(),
+    }
+
+
+def versions() -> dict[str, str]:
+    """Python, the machine's kind, and the packages that results depend on."""
+    found = {package: version(package) for package in PACKAGES}
+    return {"python": platform.python_version(), "machine": platform.machine(), **found}
+
+
+def write_scene(path: str | Path, bodies: Sequence[Body], matrices: np.ndarray, container: Container) -> None:
+    """Write bodies placed by `matrices` `(N, 4, 4)` and the container as a GLB; copies share one geometry."""
+    scene = trimesh.Scene()
+    colours = show.colours(len(bodies))
+    geometries: dict[tuple, str] = {}
+    for body, matrix, colour in zip(bodies, matrices, colours, strict=True):
+        stem = body.name.split("#")[0]
+        key = (stem, body.digest)
+        if key in geometries:
+            scene.graph.update(frame_to=body.name, matrix=matrix, geometry=geometries[key])
+            continue
+        geometries[key] = body.name
+        mesh = _painted(body.vertices, body.faces, [*colour, 1.0])
+        scene.add_geometry(mesh, node_name=body.name, geom_name=body.name, transform=matrix)
+    shell = _painted(container.body.vertices, container.body.faces, [0.6, 0.7, 0.8, 0.15])
+    scene.add_geometry(shell, node_name="container", geom_name="container")
+    Path(path).write_bytes(scene.export(file_type="glb"))
+
+
+def read_scene(path: str | Path) -> tuple[list[Body], Container]:
+    """Bodies where they lie, and the container, from a GLB of `write_scene` or a run's folder.
+
+    Raises InputError where it cannot be read, has no node `container`, or holds no bodies.
+    """
+    path = Path(path)
+    path = path / "scene.glb" if path.is_dir() else path
+    if not path.exists():
+        raise InputError(f"{path}: no such scene; name a run's folder or its scene.glb")
+    try:
+        scene = trimesh.load_scene(path, process=False)
+        meshes = {}
+        for node in scene.graph.nodes_geometry:
+            transform, geometry = scene.graph[node]
+            meshes[node] = scene.geometry[geometry].copy().apply_transform(transform)
+    except Exception as error:  # trimesh's readers raise whatever their parsers raise
+        raise InputError(f"{path}: cannot be read as a scene; write it with rasp pack") from error
+    if "container" not in meshes:
+        raise InputError(f"{path}: has no node named container; write it with rasp pack")
+    shell = meshes.pop("container")
+    if not meshes:
+        raise InputError(f"{path}: holds no objects beside the container")
+    try:
+        bodies = [make_body(name, mesh.vertices, mesh.faces) for name, mesh in sorted(meshes.items())]
+        body = make_body("container", shell.vertices, shell.faces)
+    except MeshError as error:
+        raise InputError(f"{path}: {error}") from error
+    return bodies, Container(body)
+
+
+def _painted(vertices: np.ndarray, faces: np.ndarray, rgba: Sequence[float]) -> trimesh.Trimesh:
+    material = trimesh.visual.material.PBRMaterial(
+        baseColorFactor=list(rgba),
+        alphaMode="BLEND" if rgba[3] < 1 else "OPAQUE",
+        roughnessFactor=0.7,
+        metallicFactor=0.0,
+    )
+    mesh = trimesh.Trimesh(vertices, faces, process=False)
+    mesh.visual = trimesh.visual.TextureVisuals(material=material)
+    return mesh

@@ -1,0 +1,107 @@
+"""Pictures: arrangements in 3D (pyvista, without a display), silhouettes and loss curves (matplotlib)."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .cameras import Camera
+from .meshes import Body
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from .arrange import Arrangement
+    from .containers import Container
+
+GOLDEN = 0.618033988749895
+
+
+def colours(count: int) -> np.ndarray:
+    """`(count, 3)` RGB in [0, 1], neighbours told apart (hues by the golden ratio)."""
+    from matplotlib.colors import hsv_to_rgb
+
+    index = np.arange(count)
+    return hsv_to_rgb(np.column_stack([(index * GOLDEN) % 1, 0.45 + 0.2 * (index % 3) / 2, 0.95 - 0.15 * (index % 2)]))
+
+
+def scene_picture(
+    bodies: Sequence[Body],
+    matrices: np.ndarray,
+    container: Container | None = None,
+    size: tuple[int, int] = (800, 700),
+    azimuth_deg: float = 35.0,
+    elevation_deg: float = 22.0,
+) -> np.ndarray:
+    """Bodies placed by `matrices` `(N, 4, 4)`, and the container's edges, as an RGB image `(H, W, 3)` uint8.
+
+    azimuth and elevation name the direction of looking, as in `cameras`.
+    """
+    if sys.platform == "linux" and not os.environ.get("DISPLAY"):
+        os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")  # do not try X first
+    import pyvista
+
+    plotter = pyvista.Plotter(off_screen=True, window_size=list(size), lighting="light kit")
+    plotter.set_background("white")
+    for body, matrix, colour in zip(bodies, matrices, colours(len(bodies)), strict=True):
+        points = (body.solid_vertices + body.centre) @ matrix[:3, :3].T + matrix[:3, 3]
+        surface = pyvista.PolyData.from_regular_faces(points, body.solid_faces)
+        plotter.add_mesh(
+            surface, color=tuple(colour), smooth_shading=True, split_sharp_edges=True, feature_angle=30, specular=0.15
+        )
+    if container is not None:
+        hull = container.body
+        shell = pyvista.PolyData.from_regular_faces(hull.solid_vertices + hull.centre, hull.solid_faces)
+        if container.size is None:
+            plotter.add_mesh(shell, color="#7a8ca0", opacity=0.12, smooth_shading=True)
+        else:
+            plotter.add_mesh(shell.extract_feature_edges(30), color="#3a4a5a", line_width=2)
+        bounds = container.bounds
+    else:
+        bounds = np.array(plotter.bounds).reshape(3, 2).T
+    centre = bounds.mean(0)
+    reach = float(np.linalg.norm(np.ptp(bounds, axis=0)))
+    forward = Camera(azimuth_deg, elevation_deg, reach).axes[2]
+    plotter.camera_position = [centre - 1.9 * reach * forward, centre, (0, 0, 1)]
+    plotter.enable_anti_aliasing("ssaa")
+    picture = plotter.screenshot(return_img=True)
+    plotter.close()
+    return picture
+
+
+def silhouette_figure(targets: np.ndarray, images: np.ndarray, cameras: Sequence[Camera]) -> Figure:
+    """Target, rendered and difference for each view; images `(K, H, W)` in [0, 1]."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(2.4 * len(cameras), 7.2), layout="constrained")
+    axes = figure.subplots(3, len(cameras), squeeze=False)
+    for k, camera in enumerate(cameras):
+        axes[0, k].imshow(targets[k], cmap="gray_r", vmin=0, vmax=1)
+        axes[1, k].imshow(images[k], cmap="gray_r", vmin=0, vmax=1)
+        axes[2, k].imshow(images[k] - targets[k], cmap="RdBu_r", vmin=-1, vmax=1)
+        axes[0, k].set_title(f"azimuth {camera.azimuth_deg:.0f}°\nelevation {camera.elevation_deg:.0f}°", fontsize=10)
+    for row, name in zip(axes, ("target", "rendered", "rendered − target"), strict=True):
+        row[0].set_ylabel(name)
+    for axis in axes.flat:
+        axis.set(xticks=[], yticks=[])
+    return figure
+
+
+def loss_figure(arrangement: Arrangement) -> Figure:
+    """The loss terms over the iterations."""
+    from matplotlib.figure import Figure
+
+    from .arrange import LOSS_NAMES
+
+    figure = Figure(figsize=(7, 3.2), layout="constrained")
+    axes = figure.subplots(1, 3)
+    for axis, column in zip(axes, (1, 2, 3), strict=True):
+        axis.plot(arrangement.history[:, column], color=f"C{column - 1}")
+        axis.set(title=LOSS_NAMES[column], xlabel="iteration")
+        axis.grid(alpha=0.3)
+    axes[1].set_yscale("symlog", linthresh=1e-3)
+    return figure
