@@ -80,9 +80,16 @@ def render(outlines: Outlines, rotation: Tensor, translation: Tensor, views: Vie
     """Silhouettes of all bodies together, `(K, resolution, resolution)`, antialiased over one pixel.
 
     rotation `(N, 3, 3)`, translation `(N, 3)`, of the outlines' dtype and device. Differentiable in both. A pixel
-    is at least 0.5 exactly where its centre is covered. Perspective views need every body in front of the eye.
+    is at least 0.5 exactly where its centre is covered, but for what is thinner than a pixel: that is shaded by its
+    width. Perspective views need every body in front of the eye.
     """
     return _Render.apply(rotation, translation, outlines, views, resolution)
+
+
+def mask(outlines: Outlines, rotation: Tensor, translation: Tensor, views: Views, resolution: int) -> Tensor:
+    """Hard silhouettes `(K, resolution, resolution)` bool: True where a pixel's centre is covered. For judging."""
+    with torch.no_grad():
+        return _Contours(outlines, rotation, translation, views, resolution).inside()
 
 
 def soften(images: Tensor, softness_px: float) -> Tensor:
@@ -147,44 +154,56 @@ def _cross(across: Tensor, along: Tensor, edge: Tensor, line: Tensor):
     return parameter, across[edge, 0] + parameter * rise, rise / span
 
 
+class _Contours:
+    """The contour edges over all views, and their cuts with the pixel rows."""
+
+    def __init__(self, outlines, rotation, translation, views, resolution):
+        self.views, self.n = len(views.width), resolution
+        pixels, self.depth = project(outlines, rotation, translation, views, resolution)
+        self.view, self.edge, self.sign = _contour(outlines, rotation, translation, views)
+        ends = pixels.view(-1, 2)[(self.view * pixels.shape[1])[:, None] + outlines.edges[self.edge, :2]]
+        self.u, self.v = ends[..., 0], ends[..., 1]
+        self.cut, self.row = _cuts(self.v[:, 0], self.v[:, 1], resolution)
+        self.parameter, self.x, self.slope = _cross(self.u, self.v, self.cut, self.row)
+        # +1 enters the silhouette to the right
+        self.turn = torch.where(self.v[:, 1] > self.v[:, 0], self.sign, -self.sign)[self.cut]
+
+    def inside(self) -> Tensor:
+        """`(K, H, W)` bool, where the winding number about the pixels' centres is positive."""
+        n = self.n
+        column = (self.x - 0.5).ceil().clamp(0, n).long()
+        winding = torch.zeros(self.views * n * (n + 1), dtype=torch.int32, device=self.x.device)
+        winding.index_add_(0, (self.view[self.cut] * n + self.row) * (n + 1) + column, self.turn)
+        return winding.view(-1, n, n + 1).cumsum(2)[:, :, :n] > 0
+
+
 class _Render(torch.autograd.Function):
     @staticmethod
     def forward(ctx, rotation, translation, outlines, views, n):
-        pixels, depth = project(outlines, rotation, translation, views, n)
-        view, edge, sign = _contour(outlines, rotation, translation, views)
-        ends = pixels.view(-1, 2)[(view * pixels.shape[1])[:, None] + outlines.edges[edge, :2]]
-        u, v = ends[..., 0], ends[..., 1]
-
-        # winding number of every pixel's centre, from the cuts with the pixel rows
-        cut, row = _cuts(v[:, 0], v[:, 1], n)
-        parameter, x, slope = _cross(u, v, cut, row)
-        turn = torch.where((v[:, 1] > v[:, 0]), sign, -sign)[cut]  # +1 enters the silhouette to the right
-        column = (x - 0.5).ceil().clamp(0, n).long()
-        winding = torch.zeros(len(views.width) * n * (n + 1), dtype=torch.int32, device=x.device)
-        winding.index_add_(0, (view[cut] * n + row) * (n + 1) + column, turn)
-        inside = winding.view(-1, n, n + 1).cumsum(2)[:, :, :n] > 0
+        lines = _Contours(outlines, rotation, translation, views, n)
+        view, u, v = lines.view, lines.u, lines.v
+        inside = lines.inside()
         image = inside.to(rotation.dtype)
 
         # shade the pixel pairs that a contour runs between: along rows for steep edges, along columns for flat ones
         steep = (v[:, 1] - v[:, 0]).abs() >= (u[:, 1] - u[:, 0]).abs()
-        chosen = steep[cut].nonzero()[:, 0]
-        pairs = [_pairs(inside, view, cut[chosen], row[chosen], x[chosen], turn[chosen], 1)]
-        passed = [(chosen, parameter, slope, cut)]
+        rows = steep[lines.cut].nonzero()[:, 0]
+        cut = lines.cut[rows]
+        passed = [(cut, lines.parameter[rows], lines.slope[rows])]
+        pairs = [_pairs(inside, view, cut, lines.row[rows], lines.x[rows], lines.turn[rows], 1)]
         flat = (~steep).nonzero()[:, 0]
-        cut, line = _cuts(u[flat, 0], u[flat, 1], n)
+        cut, column = _cuts(u[flat, 0], u[flat, 1], n)
         cut = flat[cut]
-        parameter, y, slope = _cross(v, u, cut, line)
-        turn = torch.where((u[:, 1] > u[:, 0]), -sign, sign)[cut]  # +1 enters the silhouette downwards
-        pairs.append(_pairs(inside, view, cut, line, y, turn, 0))
-        passed.append((slice(None), parameter, slope, cut))
+        parameter, y, slope = _cross(v, u, cut, column)
+        turn = torch.where(u[:, 1] > u[:, 0], -lines.sign, lines.sign)[cut]  # +1 enters the silhouette downwards
+        passed.append((cut, parameter, slope))
+        pairs.append(_pairs(inside, view, cut, column, y, turn, 0))
 
         saved = []
-        for axis, ((kept, pixel, shade, rising), (chosen, parameter, slope, cut)) in enumerate(
-            zip(pairs, passed, strict=True)
-        ):
+        for (kept, pixel, shade, rising), (cut, parameter, slope) in zip(pairs, passed, strict=True):
             image.view(-1).index_add_(0, pixel, shade)
-            saved.append((axis, cut[chosen][kept], pixel, rising, parameter[chosen][kept], slope[chosen][kept]))
-        ctx.scene = (outlines, views, n, view, edge, saved, depth)
+            saved.append((cut[kept], pixel, rising, parameter[kept], slope[kept]))
+        ctx.scene = (outlines, views, n, view, lines.edge, saved, lines.depth)
         ctx.save_for_backward(rotation, translation, image)
         return image.clamp(0, 1)
 
@@ -196,7 +215,7 @@ class _Render(torch.autograd.Function):
         right, up = views.axes[:, 0], views.axes[:, 1]
         scale = n / views.width[:, None]
         total = torch.zeros(outlines.count, 4, 3, dtype=rotation.dtype, device=rotation.device)
-        for axis, cut, pixel, rising, parameter, slope in saved:
+        for axis, (cut, pixel, rising, parameter, slope) in enumerate(saved):
             k, vertex = view[cut], outlines.edges[edge[cut], :2]
             if depth is not None:  # the 2D parameter runs faster where the edge is near
                 d0, d1 = depth[k, vertex[:, 0]], depth[k, vertex[:, 1]]

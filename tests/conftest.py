@@ -1,0 +1,50 @@
+"""Fixtures that the tests share: real meshes where there are some, and a cache of the tests' own."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def real_data() -> Path | None:
+    """The folder of the real data: `RASP_DATA_MIRROR`, else `shared/data` beside the checkout, else None."""
+    folder = Path(os.environ.get("RASP_DATA_MIRROR") or ROOT.parent / "shared" / "data")
+    return folder.resolve() if (folder / "kitchen").is_dir() else None
+
+
+@pytest.fixture(scope="session", autouse=True)
+def own_cache(tmp_path_factory):
+    """Nothing that a test caches reaches the user's cache, and no file there helps a test."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("RASP_CACHE", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
+@pytest.fixture(scope="session")
+def data() -> Path:
+    """The folder of the real data; skips where there is none."""
+    folder = real_data()
+    if folder is None:
+        pytest.skip("needs the real meshes: set RASP_DATA_MIRROR to a folder that holds them")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def kitchen(data):
+    """The 106 Kitchen bodies."""
+    from rasp_core.meshes import load_bodies
+
+    return load_bodies([data / "kitchen"])
+
+
+@pytest.fixture
+def two_balls():
+    """Two bodies: balls of radius 1 (finely faceted) about the origin of their frames."""
+    import trimesh
+
+    from rasp_core.meshes import make_body
+
+    ball = trimesh.creation.icosphere(subdivisions=4)
+    return [make_body(name, ball.vertices, ball.faces) for name in ("ball", "ball#2")]

@@ -1,0 +1,43 @@
+"""Slow, naive or foreign versions of what the kit computes, for tests to compare with."""
+
+import numpy as np
+import torch
+
+
+def winding_number(points: np.ndarray, vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Generalised winding number of `(M, 3)` points (van Oosterom and Strackee's solid angles): 1 inside, 0 outside."""
+    total = np.zeros(len(points))
+    for start in range(0, len(faces), 512):
+        a, b, c = (vertices[faces[start : start + 512, k]][None] - points[:, None] for k in range(3))
+        la, lb, lc = (np.linalg.norm(x, axis=-1) for x in (a, b, c))
+        above = (a * np.cross(b, c)).sum(-1)
+        below = la * lb * lc + (a * b).sum(-1) * lc + (b * c).sum(-1) * la + (c * a).sum(-1) * lb
+        total += 2 * np.arctan2(above, below).sum(1)
+    return total / (4 * np.pi)
+
+
+def cast_mask(bodies, rotation, translation, camera, resolution: int) -> np.ndarray:
+    """Silhouette of placed bodies by one open3d ray through each pixel's centre, `(H, W)` bool."""
+    import open3d
+
+    scene = open3d.t.geometry.RaycastingScene()
+    for body, turn, shift in zip(bodies, rotation.numpy(), translation.numpy(), strict=True):
+        vertices = (body.solid_vertices @ turn.T + shift).astype(np.float32)
+        scene.add_triangles(open3d.core.Tensor(vertices), open3d.core.Tensor(body.solid_faces.astype(np.uint32)))
+    rays = np.concatenate(camera.rays(resolution), -1).astype(np.float32)
+    return np.isfinite(scene.cast_rays(open3d.core.Tensor(rays))["t_hit"].numpy())
+
+
+def iou(first: np.ndarray, second: np.ndarray) -> float:
+    """Intersection over union of two bool arrays."""
+    return float((first & second).sum() / (first | second).sum())
+
+
+def central_differences(function, at: torch.Tensor, step: float) -> torch.Tensor:
+    """Gradient of a scalar function by central differences, one entry after the other."""
+    gradient = torch.zeros_like(at)
+    for index in np.ndindex(*at.shape):
+        shift = torch.zeros_like(at)
+        shift[index] = step
+        gradient[index] = (function(at + shift) - function(at - shift)) / (2 * step)
+    return gradient
