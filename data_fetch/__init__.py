@@ -1,6 +1,6 @@
 """Data sets: the real ones by registry and hash, and procedural ones that need no network."""
 
-from .fetch import (
+from .fetchers import (
     fetch,
     fetch_blockout,
     fetch_cad,

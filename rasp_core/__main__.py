@@ -75,7 +75,7 @@ def _parser() -> _Parser:
 
 def _pack(options: argparse.Namespace) -> int:
     from . import containers, density, meshes, packing, results
-    from .arrange import Settings
+    from .problem import Settings
     from .scene import resolve_device
 
     began = time.monotonic()

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -13,115 +11,18 @@ import torch
 from torch import Tensor
 from tqdm.auto import tqdm
 
+from . import checkpoint as checkpoints
 from . import losses, poses
 from .cameras import Camera
-from .containers import Container
 from .errors import InputError
 from .meshes import Body
+from .problem import Problem, Settings, Start
 from .scene import Scene
 from .silhouettes import render
 
-ROTATIONS = ("angles", "quaternion")
 NEIGHBOUR_REACH = 0.01  # of the viewing width: how far the contact term looks around
 NEIGHBOUR_LIFE = 10  # iterations for which its neighbours are kept
 LOSS_NAMES = ("total", "silhouette", "overlap", "extrusion", "contact")
-
-
-@dataclass(frozen=True)
-class Settings:
-    """How to optimise. The defaults are the paper's where it gives them.
-
-    iterations, learning_rate, final_learning_rate : Adam, the rate falling geometrically; for translations it is
-        in units of the viewing width, for rotations in radians.
-    lambda_, epsilon : weight (per metre) and depth (metres) of the extrusion term (Eq. 1, 5).
-    silhouette_weight, overlap_weight, contact_weight : of Eq. 2, Eq. 4 and the kit's surface contact, which the
-        paper does not have (0). Contact is divided by the volume of a query point, which gives it Eq. 4's unit.
-    contact_margin : metres that a body keeps from walls and, twice, from others, under the contact term.
-    overlap_term : "shared" or "as_printed", see `losses.overlap`.
-    query_points, jitter : how many, and whether the lattice is shifted at random at every iteration, so that no
-        overlap hides between its points (the paper's points are fixed).
-    resolution : pixels along an image's edge.
-    softness_px, final_softness_px : blur of the silhouettes' difference, falling geometrically, for a 256 pixel image.
-    rotation : "angles" (three angles -> quaternion -> rotation, the paper's) or "quaternion".
-    """
-
-    iterations: int = 1000
-    learning_rate: float = 1e-2
-    final_learning_rate: float = 1e-4
-    lambda_: float = losses.LAMBDA
-    epsilon: float = losses.EPSILON
-    silhouette_weight: float = 1.0
-    overlap_weight: float = 1.0
-    contact_weight: float = 0.0
-    contact_margin: float = 0.0
-    overlap_term: str = "shared"
-    query_points: int = losses.QUERY_POINTS
-    jitter: bool = True
-    resolution: int = 256
-    softness_px: float = 8.0
-    final_softness_px: float = 1.0
-    rotation: str = "angles"
-    seed: int = 0
-
-    def __post_init__(self):
-        for name in ("iterations", "query_points", "resolution", "learning_rate", "final_learning_rate"):
-            if not getattr(self, name) > 0:
-                raise InputError(f"{name} must be positive, got {getattr(self, name)}")
-        for name in ("lambda_", "silhouette_weight", "overlap_weight", "contact_weight", "softness_px"):
-            if not getattr(self, name) >= 0:
-                raise InputError(f"{name} must not be negative, got {getattr(self, name)}")
-        if self.rotation not in ROTATIONS:
-            raise InputError(f"rotation {self.rotation!r} is unknown; use one of {', '.join(ROTATIONS)}")
-        if self.overlap_term not in losses.OVERLAP_TERMS:
-            raise InputError(f"overlap_term {self.overlap_term!r} is unknown; use {' or '.join(losses.OVERLAP_TERMS)}")
-
-    def rate(self, iteration: int) -> float:
-        """Adam's step at an iteration."""
-        return _fall(self.learning_rate, self.final_learning_rate, iteration / self.iterations)
-
-    def softness(self, iteration: int) -> float:
-        """The blur at an iteration, in pixels of `resolution`; 0 where `softness_px` is 0."""
-        if self.softness_px == 0:
-            return 0.0
-        fallen = _fall(self.softness_px, max(self.final_softness_px, 1e-3), iteration / self.iterations)
-        return fallen * self.resolution / 256
-
-
-@dataclass(frozen=True)
-class Problem:
-    """What to arrange: bodies in a container before cameras, with targets `(K, H, W)` in [0, 1], row 0 on top.
-
-    cameras None: the container's own views; targets None: the container's own silhouettes.
-    """
-
-    bodies: Sequence[Body]
-    container: Container
-    cameras: Sequence[Camera] | None = None
-    targets: np.ndarray | None = None
-
-    def scene(self, device: str | torch.device = "cpu", dtype: torch.dtype = torch.float32) -> Scene:
-        """The problem's tensors on a device."""
-        return Scene(self.bodies, self.container, self.cameras or self.container.views(), device, dtype)
-
-
-@dataclass(frozen=True)
-class Start:
-    """Poses to start from: rotation `(N, 3, 3)`, translation `(N, 3)` of the bodies' centres, world."""
-
-    rotation: Tensor
-    translation: Tensor
-
-    @classmethod
-    def random(cls, bodies: Sequence[Body], container: Container, seed: int) -> Start:
-        """Uniform rotations, centres uniform inside the container, as the paper starts."""
-        generator = torch.Generator().manual_seed(seed)
-        rotation = poses.quaternion_to_rotation(poses.random_quaternions(len(bodies), generator))
-        return cls(rotation, container.random_points(len(bodies), generator))
-
-    def take(self, indices: Sequence[int]) -> Start:
-        """The poses of some of the bodies."""
-        index = torch.as_tensor(list(indices), dtype=torch.int64)
-        return Start(self.rotation[index], self.translation[index])
 
 
 @dataclass(frozen=True)
@@ -204,7 +105,9 @@ def arrange(
     variables = _Variables(start, scene, settings)
     optimiser = torch.optim.Adam(variables.parameters, lr=settings.learning_rate)
     rows: list[Tensor] = []
-    first = _resume(checkpoint, variables, optimiser, settings, rows) if checkpoint else 0
+    identity = {"settings": asdict(settings), "bodies": [body.digest for body in scene.bodies]}
+    kept = checkpoints.load(checkpoint, identity, scene.device) if checkpoint else None
+    first = variables.restore(kept, optimiser, rows) if kept else 0
     generator = torch.Generator()
     interrupted, near = False, None
     with tqdm(total=settings.iterations, initial=first, disable=not progress, desc="arrange", leave=False) as bar:
@@ -226,7 +129,7 @@ def arrange(
                 if progress and iteration % 20 == 0:
                     bar.set_postfix({n: f"{v:.3g}" for n, v in zip(LOSS_NAMES, rows[-1].tolist(), strict=True)})
                 if checkpoint and (iteration + 1) % checkpoint_every == 0:
-                    _save(checkpoint, iteration + 1, variables, optimiser, settings, rows)
+                    checkpoints.save(checkpoint, identity, variables.state(iteration + 1, optimiser, rows))
                 step = Step(iteration, rows[-1], rotation.detach(), translation.detach(), images)
                 if callback and callback(step):
                     interrupted = True
@@ -234,7 +137,7 @@ def arrange(
         except KeyboardInterrupt:
             interrupted = True
     if checkpoint:
-        _save(checkpoint, len(rows), variables, optimiser, settings, rows)
+        checkpoints.save(checkpoint, identity, variables.state(len(rows), optimiser, rows))
     with torch.no_grad():
         rotation, translation = variables.poses()
         images = render(scene.outlines, rotation, translation, scene.views, settings.resolution)
@@ -327,6 +230,28 @@ class _Variables:
     def parameters(self):
         return [{"params": [self.turn]}, {"params": [self.shift]}]
 
+    def state(self, iteration: int, optimiser, rows: list[Tensor]) -> dict:
+        """All that the next iteration depends on."""
+        return {
+            "iteration": iteration,
+            "rows": torch.stack(rows).cpu() if rows else torch.zeros(0, len(LOSS_NAMES)),
+            "turn": self.turn.detach().cpu(),
+            "shift": self.shift.detach().cpu(),
+            "rotation": self.rotation.cpu(),
+            "translation": self.translation.cpu(),
+            "adam": optimiser.state_dict(),
+        }
+
+    def restore(self, state: dict, optimiser, rows: list[Tensor]) -> int:
+        """Take a `state` over; returns its iteration."""
+        with torch.no_grad():
+            self.turn.copy_(state["turn"])
+            self.shift.copy_(state["shift"])
+        self.rotation, self.translation = state["rotation"], state["translation"]
+        optimiser.load_state_dict(state["adam"])
+        rows.extend(state["rows"])
+        return state["iteration"]
+
     def poses(self) -> tuple[Tensor, Tensor]:
         return self.to_rotation(self.turn) @ self.rotation, self.translation + self.width * self.shift
 
@@ -345,54 +270,3 @@ def _targets(problem: Problem, scene: Scene, resolution: int) -> Tensor:
             "pixels are needed"
         )
     return targets
-
-
-def _fall(first: float, last: float, share: float) -> float:
-    return first * (last / first) ** share
-
-
-def _identity(settings: Settings, variables: _Variables) -> dict:
-    return {"settings": asdict(settings), "count": len(variables.shift)}
-
-
-def _save(path, iteration, variables, optimiser, settings, rows) -> None:
-    """Write the state beside the checkpoint, then move it into place."""
-    path = Path(path)
-    state = {
-        "identity": _identity(settings, variables),
-        "iteration": iteration,
-        "rows": torch.stack(rows).cpu() if rows else torch.zeros(0, len(LOSS_NAMES)),
-        "turn": variables.turn.detach().cpu(),
-        "shift": variables.shift.detach().cpu(),
-        "rotation": variables.rotation.cpu(),
-        "translation": variables.translation.cpu(),
-        "adam": optimiser.state_dict(),
-    }
-    handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".part")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            torch.save(state, file)
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
-
-
-def _resume(path, variables, optimiser, settings, rows) -> int:
-    if not Path(path).exists():
-        return 0
-    try:
-        state = torch.load(path, weights_only=True, map_location=variables.shift.device)
-        identity = state["identity"]
-    except Exception as error:  # torch.load raises whatever the damage makes zipfile and pickle raise
-        raise InputError(f"{path}: not a checkpoint of this kit, or damaged; delete it to start anew") from error
-    if identity != _identity(settings, variables):
-        raise InputError(f"{path}: a checkpoint of other settings or objects; delete it to start anew")
-    with torch.no_grad():
-        variables.turn.copy_(state["turn"])
-        variables.shift.copy_(state["shift"])
-        variables.rotation = state["rotation"]
-        variables.translation = state["translation"]
-    optimiser.load_state_dict(state["adam"])
-    rows.extend(state["rows"])
-    return state["iteration"]

@@ -22,8 +22,8 @@ def voxel_density(bodies: Sequence[Body], matrices: np.ndarray, container: Conta
     """Eq. 6 from voxels of edge `voxel` metres, dimensionless.
 
     bodies placed by `matrices` `(N, 4, 4)` (file coordinates to world). Each body's surface is voxelised by open3d's
-    VoxelGrid and its interior filled; a voxel that the surface runs through counts half, since in the mean half of it
-    lies inside. Space that two bodies share counts once, so that overlap lowers this density and not the mesh's.
+    VoxelGrid and its interior filled; a voxel that the surface runs through counts by the share of its eight octants'
+    centres that lie inside. No voxel counts more than once, so that overlap lowers this density and not the mesh's.
     Raises InputError where voxel is not positive.
     """
     if not voxel > 0:
@@ -40,7 +40,7 @@ def voxel_density(bodies: Sequence[Body], matrices: np.ndarray, container: Conta
 
 
 def _fill(body: Body, matrix: np.ndarray, origin: np.ndarray, voxel: float) -> tuple[np.ndarray, np.ndarray]:
-    """The body on the lattice of voxels from `origin`: its first voxel's index, and 1 inside, 1/2 at the surface."""
+    """The body on the lattice of voxels from `origin`: its first voxel's index, and each voxel's share inside."""
     import open3d
 
     vertices = (body.solid_vertices + body.centre) @ matrix[:3, :3].T + matrix[:3, 3]
@@ -54,10 +54,16 @@ def _fill(body: Body, matrix: np.ndarray, origin: np.ndarray, voxel: float) -> t
 
     scene = open3d.t.geometry.RaycastingScene()
     scene.add_triangles(open3d.t.geometry.TriangleMesh.from_legacy(mesh))
-    axes = [low[a] + voxel * (np.arange(shape[a]) + 0.5) for a in range(3)]
-    centres = np.stack(np.meshgrid(*axes, indexing="ij"), -1).astype(np.float32)
-    filled = scene.compute_occupancy(open3d.core.Tensor(centres), nsamples=3).numpy()
+
+    def occupied(index: np.ndarray) -> np.ndarray:
+        """1 inside, 0 outside, at places given in voxels."""
+        places = (low + voxel * index).astype(np.float32)
+        return scene.compute_occupancy(open3d.core.Tensor(places), nsamples=3).numpy()
+
+    index = np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), -1)
+    filled = occupied(index + 0.5)
     shell = np.array([v.grid_index for v in grid.get_voxels()]).reshape(-1, 3)
     shell = shell[((shell >= 0) & (shell < shape)).all(1)]
-    filled[tuple(shell.T)] = 0.5
+    octants = np.array(list(np.ndindex(2, 2, 2))) / 2 + 0.25
+    filled[tuple(shell.T)] = occupied(shell[:, None] + octants).mean(1)
     return first, filled

@@ -1,7 +1,7 @@
 """Figures with facts: notebooks save them here, and `rasp figures` runs the notebooks and holds the facts to account.
 
 A figure NN_name is paper_figures/NN_name.png, .pdf and .json (its facts, raw). NN_name.expected.json says for each
-scale what a fact must be: `value` with `tolerance`, `at_least`, `at_most` or `equals`, with its unit, source and status.
+scale what a fact must be: `value` with `tolerance`, `at_least`, `at_most` or `equals`; its unit, source and status.
 """
 
 from __future__ import annotations
@@ -91,8 +91,8 @@ def _holds(found, wanted: dict) -> bool:
 def run(names: Sequence[str] = (), scale: str = "quick", store: bool = False, root: Path = ROOT) -> int:
     """Run figure notebooks with papermill and compare their facts; 0 where all hold, else 1.
 
-    scale : "quick" writes into paper_figures/, "paper" into paper_figures/paper/. store : keep the executed notebooks with
-    their outputs in notebooks/ (only at quick scale), instead of in out/.
+    scale : "quick" writes into paper_figures/, "paper" into paper_figures/paper/. store : keep the executed notebooks
+    with their outputs in notebooks/ (only at quick scale), instead of in out/.
     Raises InputError for a name without a notebook, or where the kit is installed without its notebooks.
     """
     if store and scale != "quick":
@@ -141,7 +141,13 @@ def _execute(path: Path, scale: str, out: Path, store: bool, root: Path) -> str 
     parameters = {} if scale == "quick" else {"scale": scale, "out": os.path.relpath(out, path.parent)}
     try:
         papermill.execute_notebook(
-            str(path), str(part), parameters, cwd=str(path.parent), progress_bar=False, kernel_name="python3"
+            str(path),
+            str(part),
+            parameters,
+            cwd=str(path.parent),
+            progress_bar=False,
+            kernel_name="python3",
+            language="python",
         )
     except papermill.exceptions.PapermillExecutionError as error:
         os.replace(part, target)

@@ -22,16 +22,17 @@ import torch
 from tqdm.auto import tqdm
 
 from . import losses
-from .arrange import Arrangement, Problem, Settings, Start, arrange, draw_images
+from .arrange import Arrangement, arrange, draw_images
 from .certify import TOLERANCE, Certificate, certify
 from .containers import Container
 from .density import mesh_density
 from .errors import InputError
 from .meshes import Body, unique_names
+from .problem import Problem, Settings, Start
 from .sdf import bake_cached
 
 FIRST_ROUND = 0.15  # of `iterations`: the length of the first and the settling rounds; those between take a quarter
-WALL_WEIGHT = 1.0  # what the paper's lambda of 0.001 becomes while packing
+WALL_WEIGHT = 3.0  # what the paper's lambda of 0.001 becomes while packing
 CLEARANCE = 3e-4  # contact margin, in viewing widths
 RESOLVABLE = 0.01  # share of overlapping volume that the last stage can press out
 LARGEST_DROP = 0.08  # share of the objects dropped in one round

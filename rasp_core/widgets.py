@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from . import show
-from .arrange import Arrangement, Problem, Settings, arrange
+from .arrange import Arrangement, arrange
 from .certify import certify
 from .density import mesh_density
+from .problem import Problem, Settings
 from .scene import Scene
 
 

@@ -7,8 +7,9 @@ from oracles import central_differences
 
 from data_fetch import kitchen_like, torus
 from rasp_core import containers, losses, poses
-from rasp_core.arrange import Settings, find_neighbours
+from rasp_core.arrange import find_neighbours
 from rasp_core.errors import InputError
+from rasp_core.problem import Settings
 from rasp_core.scene import Scene
 
 BOX = containers.box((0.3, 0.25, 0.2))

@@ -139,7 +139,9 @@ def test_the_gradient_of_eq_2_is_that_of_central_differences(projection, softnes
 
 @pytest.mark.parametrize("projection", BOTH)
 def test_a_body_off_its_target_is_pulled_back_from_all_sides(two_balls, projection):
-    cameras = [Camera(azimuth, elevation, 6, (0, 0, 0), projection) for azimuth, elevation in ((0, 0), (90, 0), (0, 90))]
+    cameras = [
+        Camera(azimuth, elevation, 6, (0, 0, 0), projection) for azimuth, elevation in ((0, 0), (90, 0), (0, 90))
+    ]
     outlines, views = silhouettes.Outlines(two_balls[:1]), silhouettes.Views(cameras)
     targets = silhouettes.render(outlines, torch.eye(3)[None], torch.zeros(1, 3), views, 128)
     for direction in np.ndindex(3, 3, 3):

@@ -1,0 +1,120 @@
+"""What the loop is given: a problem, settings, and poses to start from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from . import losses, poses
+from .cameras import Camera
+from .containers import Container
+from .errors import InputError
+from .meshes import Body
+from .scene import Scene
+
+ROTATIONS = ("angles", "quaternion")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How to optimise. The defaults are the paper's where it gives them.
+
+    iterations, learning_rate, final_learning_rate : Adam, the rate falling geometrically; for translations it is
+        in units of the viewing width, for rotations in radians.
+    lambda_, epsilon : weight (per metre) and depth (metres) of the extrusion term (Eq. 1, 5).
+    silhouette_weight, overlap_weight, contact_weight : of Eq. 2, Eq. 4 and the kit's surface contact, which the
+        paper does not have (0). Contact is divided by the volume of a query point, which gives it Eq. 4's unit.
+    contact_margin : metres that a body keeps from walls and, twice, from others, under the contact term.
+    overlap_term : "shared" or "as_printed", see `losses.overlap`.
+    query_points, jitter : how many, and whether the lattice is shifted at random at every iteration, so that no
+        overlap hides between its points (the paper's points are fixed).
+    resolution : pixels along an image's edge.
+    softness_px, final_softness_px : blur of the silhouettes' difference, falling geometrically, for a 256 pixel image.
+    rotation : "angles" (three angles -> quaternion -> rotation, the paper's) or "quaternion".
+    """
+
+    iterations: int = 1000
+    learning_rate: float = 1e-2
+    final_learning_rate: float = 1e-4
+    lambda_: float = losses.LAMBDA
+    epsilon: float = losses.EPSILON
+    silhouette_weight: float = 1.0
+    overlap_weight: float = 1.0
+    contact_weight: float = 0.0
+    contact_margin: float = 0.0
+    overlap_term: str = "shared"
+    query_points: int = losses.QUERY_POINTS
+    jitter: bool = True
+    resolution: int = 256
+    softness_px: float = 8.0
+    final_softness_px: float = 1.0
+    rotation: str = "angles"
+    seed: int = 0
+
+    def __post_init__(self):
+        for name in ("iterations", "query_points", "resolution", "learning_rate", "final_learning_rate"):
+            if not getattr(self, name) > 0:
+                raise InputError(f"{name} must be positive, got {getattr(self, name)}")
+        for name in ("lambda_", "silhouette_weight", "overlap_weight", "contact_weight", "softness_px"):
+            if not getattr(self, name) >= 0:
+                raise InputError(f"{name} must not be negative, got {getattr(self, name)}")
+        if self.rotation not in ROTATIONS:
+            raise InputError(f"rotation {self.rotation!r} is unknown; use one of {', '.join(ROTATIONS)}")
+        if self.overlap_term not in losses.OVERLAP_TERMS:
+            raise InputError(f"overlap_term {self.overlap_term!r} is unknown; use {' or '.join(losses.OVERLAP_TERMS)}")
+
+    def rate(self, iteration: int) -> float:
+        """Adam's step at an iteration."""
+        return _fall(self.learning_rate, self.final_learning_rate, iteration / self.iterations)
+
+    def softness(self, iteration: int) -> float:
+        """The blur at an iteration, in pixels of `resolution`; 0 where `softness_px` is 0."""
+        if self.softness_px == 0:
+            return 0.0
+        fallen = _fall(self.softness_px, max(self.final_softness_px, 1e-3), iteration / self.iterations)
+        return fallen * self.resolution / 256
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What to arrange: bodies in a container before cameras, with targets `(K, H, W)` in [0, 1], row 0 on top.
+
+    cameras None: the container's own views; targets None: the container's own silhouettes.
+    """
+
+    bodies: Sequence[Body]
+    container: Container
+    cameras: Sequence[Camera] | None = None
+    targets: np.ndarray | None = None
+
+    def scene(self, device: str | torch.device = "cpu", dtype: torch.dtype = torch.float32) -> Scene:
+        """The problem's tensors on a device."""
+        return Scene(self.bodies, self.container, self.cameras or self.container.views(), device, dtype)
+
+
+@dataclass(frozen=True)
+class Start:
+    """Poses to start from: rotation `(N, 3, 3)`, translation `(N, 3)` of the bodies' centres, world."""
+
+    rotation: Tensor
+    translation: Tensor
+
+    @classmethod
+    def random(cls, bodies: Sequence[Body], container: Container, seed: int) -> Start:
+        """Uniform rotations, centres uniform inside the container, as the paper starts."""
+        generator = torch.Generator().manual_seed(seed)
+        rotation = poses.quaternion_to_rotation(poses.random_quaternions(len(bodies), generator))
+        return cls(rotation, container.random_points(len(bodies), generator))
+
+    def take(self, indices: Sequence[int]) -> Start:
+        """The poses of some of the bodies."""
+        index = torch.as_tensor(list(indices), dtype=torch.int64)
+        return Start(self.rotation[index], self.translation[index])
+
+
+def _fall(first: float, last: float, share: float) -> float:
+    return first * (last / first) ** share

@@ -1,0 +1,119 @@
+"""The loop: it does what the losses say, repeats itself, stops and resumes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from data_fetch import kitchen_like
+from rasp_core import containers
+from rasp_core.arrange import LOSS_NAMES, arrange, draw_images
+from rasp_core.certify import certify
+from rasp_core.errors import InputError
+from rasp_core.problem import Problem, Settings, Start
+
+BOX = containers.box((0.3, 0.3, 0.3))
+QUICK = Settings(iterations=20, query_points=5000, resolution=64)
+
+
+@pytest.fixture(scope="module")
+def problem():
+    return Problem(kitchen_like(6), BOX)
+
+
+def test_overlapping_bodies_are_separated_inside_the_box(problem):
+    settings = replace(QUICK, iterations=150, lambda_=1.0, contact_weight=1.0, contact_margin=1e-4, query_points=20_000)
+    start = Start.random(problem.bodies, BOX, 0)
+    start = Start(start.rotation, 0.3 * start.translation)
+    before = arrange(problem, replace(settings, iterations=1, learning_rate=1e-9, final_learning_rate=1e-9), start)
+    after = arrange(problem, settings, start)
+    assert not certify(problem.bodies, before.matrices, BOX).holds
+    assert certify(problem.bodies, after.matrices, BOX).holds
+
+
+def test_silhouettes_alone_bring_a_body_onto_its_target(two_balls):
+    room = containers.box((6, 6, 6))
+    settings = Settings(iterations=150, resolution=64, overlap_weight=0, lambda_=0, learning_rate=2e-2)
+    still = Start(torch.eye(3)[None], torch.zeros(1, 3))
+    aim = arrange(Problem(two_balls[:1], room), replace(settings, iterations=1, learning_rate=1e-9), still)
+    off = Start(torch.eye(3)[None], torch.tensor([[0.9, -0.7, 0.8]]))
+    found = arrange(Problem(two_balls[:1], room, targets=aim.images), settings, off)
+    assert found.translation.norm() < 0.05
+
+
+@pytest.mark.parametrize("rotation", ["angles", "quaternion"])
+def test_equal_runs_are_equal_bit_for_bit_and_seeds_differ(problem, rotation):
+    settings = replace(QUICK, rotation=rotation)
+    first, second = arrange(problem, settings), arrange(problem, settings)
+    assert torch.equal(first.rotation, second.rotation)
+    assert torch.equal(first.translation, second.translation)
+    assert np.array_equal(first.history, second.history)
+    assert not torch.equal(first.translation, arrange(problem, replace(settings, seed=1)).translation)
+
+
+def test_both_parametrisations_stay_rigid(problem):
+    for rotation in ("angles", "quaternion"):
+        turns = arrange(problem, replace(QUICK, rotation=rotation)).rotation
+        assert (turns @ turns.transpose(1, 2) - torch.eye(3)).abs().max() < 1e-5
+        assert (torch.linalg.det(turns) > 0).all()
+
+
+def test_the_callback_sees_every_iteration_and_can_stop(problem):
+    seen = []
+    stopped = arrange(problem, QUICK, callback=lambda step: seen.append(step) or step.iteration == 4)
+    assert [step.iteration for step in seen] == [0, 1, 2, 3, 4]
+    assert stopped.interrupted
+    assert stopped.history.shape == (5, len(LOSS_NAMES))
+    assert seen[0].images.shape == (3, 64, 64)
+
+
+def test_ctrl_c_returns_what_there_is(problem):
+    def interrupt(step):
+        if step.iteration == 3:
+            raise KeyboardInterrupt
+
+    stopped = arrange(problem, QUICK, callback=interrupt)
+    assert stopped.interrupted
+    assert len(stopped.history) == 4
+    assert torch.equal(stopped.translation, arrange(problem, QUICK, callback=lambda s: s.iteration == 3).translation)
+
+
+def test_a_resumed_run_ends_as_an_undisturbed_one(problem, tmp_path):
+    settings = replace(QUICK, contact_weight=1.0, contact_margin=1e-4)
+    whole = arrange(problem, settings)
+    path = tmp_path / "state.pt"
+    arrange(problem, settings, checkpoint=path, callback=lambda step: step.iteration == 9)
+    resumed = arrange(problem, settings, checkpoint=path)
+    assert torch.equal(whole.rotation, resumed.rotation)
+    assert torch.equal(whole.translation, resumed.translation)
+    assert np.array_equal(whole.history, resumed.history)
+    assert [file.name for file in tmp_path.iterdir()] == ["state.pt"]
+
+
+def test_progress_names_the_losses(problem, capsys):
+    arrange(problem, QUICK, progress=True)
+    printed = capsys.readouterr().err
+    assert all(name in printed for name in ("arrange", "overlap=", "silhouette="))
+
+
+def test_matrices_place_the_files_own_vertices(problem):
+    found = arrange(problem, QUICK)
+    for body, matrix, turn, place in zip(
+        problem.bodies, found.matrices, found.rotation, found.translation, strict=True
+    ):
+        expected = (body.vertices - body.centre) @ turn.numpy().T + place.numpy()
+        assert body.vertices @ matrix[:3, :3].T + matrix[:3, 3] == pytest.approx(expected, abs=1e-12)
+
+
+def test_images_can_be_drawn_anew(problem):
+    found = arrange(problem, QUICK)
+    blank = replace(found, images=np.zeros_like(found.images))
+    assert draw_images(blank).images == pytest.approx(found.images, abs=1e-3)
+
+
+def test_starts_and_targets_that_do_not_fit_are_refused(problem):
+    with pytest.raises(InputError, match="2 poses for 6 objects"):
+        arrange(problem, QUICK, Start(torch.eye(3).repeat(2, 1, 1), torch.zeros(2, 3)))
+    with pytest.raises(InputError, match="64 x 64"):
+        arrange(replace(problem, targets=np.zeros((3, 32, 32))), QUICK)

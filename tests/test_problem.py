@@ -1,0 +1,42 @@
+"""Settings, their schedules, and poses to start from."""
+
+import pytest
+import torch
+
+from data_fetch import kitchen_like
+from rasp_core import containers, poses
+from rasp_core.errors import InputError
+from rasp_core.problem import Settings, Start
+
+BOX = containers.box((0.3, 0.3, 0.3))
+
+
+def test_schedules_fall_geometrically():
+    settings = Settings(iterations=100, learning_rate=1e-2, final_learning_rate=1e-4, softness_px=8, resolution=128)
+    assert [settings.rate(i) for i in (0, 50, 100)] == pytest.approx([1e-2, 1e-3, 1e-4])
+    assert settings.softness(0) == pytest.approx(4), "given for 256 pixels"
+    assert Settings(softness_px=0).softness(50) == 0
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        {"iterations": 0},
+        {"learning_rate": float("nan")},
+        {"query_points": -1},
+        {"lambda_": -1.0},
+        {"softness_px": -1.0},
+        {"rotation": "matrix"},
+        {"overlap_term": "none"},
+    ],
+)
+def test_impossible_settings_are_refused(bad):
+    with pytest.raises(InputError, match=next(iter(bad))):
+        Settings(**bad)
+
+
+def test_random_starts_lie_inside_and_turn_anywhere():
+    start = Start.random(kitchen_like(50), BOX, 3)
+    assert (start.translation.abs() < 0.15).all()
+    assert poses.degrees_between(start.rotation[:-1], start.rotation[1:]).std() > 20
+    assert torch.equal(start.take([4, 2]).translation, start.translation[[4, 2]])

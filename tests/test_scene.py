@@ -1,0 +1,45 @@
+"""A problem's tensors."""
+
+import numpy as np
+import pytest
+import torch
+
+from data_fetch import kitchen_like
+from rasp_core import containers
+from rasp_core.errors import InputError
+from rasp_core.scene import MAX_SAMPLES, Scene, resolve_device
+
+BOX = containers.box((0.3, 0.3, 0.3))
+
+
+def test_samples_lie_on_the_surface_and_stand_for_all_of_it():
+    bodies = kitchen_like(6)
+    scene = Scene([*bodies, bodies[0]], BOX, BOX.views())
+    own = torch.repeat_interleave(scene.samples.count)
+    value, _ = scene.stack.sample(own, scene.samples.points)
+    assert (value.abs() < 0.6 * scene.stack.spacing[own]).all()
+    assert scene.samples.count.max() <= 2 * MAX_SAMPLES
+    area = torch.zeros(7).index_add_(0, own, scene.samples.area).numpy()
+    assert area == pytest.approx(np.array([b.manifold.surface_area() for b in scene.bodies]), rel=1e-4)
+    first, last = scene.samples.start[0], scene.samples.start[6]
+    assert torch.equal(scene.samples.points[first:][:9], scene.samples.points[last:][:9]), "equal bodies share samples"
+
+
+def test_a_boxes_silhouettes_are_its_faces():
+    scene = Scene(kitchen_like(1), containers.box((0.4, 0.2, 0.1)), containers.box((0.4, 0.2, 0.1)).views())
+    targets = scene.container_silhouettes(128)
+    pixel = (scene.width / 128) ** 2
+    assert (targets.sum((1, 2)) * pixel).numpy() == pytest.approx([0.04, 0.02, 0.08], rel=0.02)
+
+
+def test_nothing_to_arrange_is_refused():
+    with pytest.raises(InputError, match="nothing to arrange"):
+        Scene([], BOX, BOX.views())
+
+
+def test_devices():
+    assert resolve_device("cpu").type == "cpu"
+    assert resolve_device("auto").type in ("cpu", "cuda")
+    for name in ("abacus", "cuda:99"):
+        with pytest.raises(InputError, match=name):
+            resolve_device(name)

@@ -1,0 +1,48 @@
+"""Pictures are drawn, without a display, and show what they should."""
+
+import numpy as np
+
+from data_fetch import kitchen_like, torus
+from rasp_core import show
+from rasp_core.arrange import arrange
+from rasp_core.containers import Container, box
+from rasp_core.problem import Problem, Settings
+
+
+def placed(count):
+    bodies = kitchen_like(count)
+    matrices = np.tile(np.eye(4), (count, 1, 1))
+    matrices[:, :3, 3] = [[0.15 * (i - 1) - body.centre[0], 0, 0] for i, body in enumerate(bodies)]
+    return bodies, matrices
+
+
+def test_a_scene_is_drawn_in_its_bodies_colours():
+    bodies, matrices = placed(3)
+    picture = show.scene_picture(bodies, matrices, box((0.45, 0.15, 0.15)), (300, 200))
+    assert picture.shape == (200, 300, 3)
+    assert (picture == 255).all(-1).mean() > 0.4, "white ground"
+    saturated = np.ptp(picture.astype(int), axis=-1) > 60
+    assert saturated.mean() > 0.01
+
+
+def test_the_bodies_alone_and_a_mesh_container_are_drawn_too():
+    bodies, matrices = placed(2)
+    for container in (None, Container(torus())):
+        assert show.scene_picture(bodies, matrices, container, (200, 200)).std() > 5
+
+
+def test_colours_of_neighbours_differ():
+    colours = show.colours(50)
+    assert colours.min() >= 0
+    assert colours.max() <= 1
+    assert np.linalg.norm(np.diff(colours, axis=0), axis=1).min() > 0.2
+
+
+def test_silhouettes_and_losses_have_an_axis_each():
+    found = arrange(Problem(kitchen_like(2), box((0.3, 0.3, 0.3))), Settings(iterations=3, resolution=64))
+    figure = show.silhouette_figure(found.targets, found.images, found.cameras)
+    assert len(figure.axes) == 9
+    assert figure.axes[3].images[0].get_array().shape == (64, 64)
+    losses = show.loss_figure(found)
+    assert [axis.get_title() for axis in losses.axes] == ["silhouette", "overlap", "extrusion"]
+    assert len(losses.axes[0].lines[0].get_ydata()) == 3
