@@ -69,6 +69,7 @@ def _parser() -> _Parser:
     figures.add_argument(
         "--scale", default="quick", choices=["quick", "paper"], help="embedded data, or the real pools"
     )
+    figures.add_argument("--store", action="store_true", help="keep the executed notebooks, with outputs, in notebooks/")
     figures.set_defaults(run=_figures)
     return parser
 
@@ -134,7 +135,7 @@ def _check(options: argparse.Namespace) -> int:
 def _figures(options: argparse.Namespace) -> int:
     from . import figures
 
-    return figures.run(options.names, options.scale)
+    return figures.run(options.names, options.scale, options.store)
 
 
 def _say(count: int, density: float, certificate, where: Path) -> None:
