@@ -69,7 +69,9 @@ def _parser() -> _Parser:
     figures.add_argument(
         "--scale", default="quick", choices=["quick", "paper"], help="embedded data, or the real pools"
     )
-    figures.add_argument("--store", action="store_true", help="keep the executed notebooks, with outputs, in notebooks/")
+    figures.add_argument(
+        "--store", action="store_true", help="keep the executed notebooks, with outputs, in notebooks/"
+    )
     figures.set_defaults(run=_figures)
     return parser
 

@@ -75,7 +75,23 @@ def silhouette(images: Tensor, targets: Tensor, softness_px: float = 0.0) -> Ten
     softness_px blurs the difference, so that a contour feels a target some pixels away; both sides alike, so that
     a perfect match stays the minimum.
     """
-    return silhouettes.soften(images - targets, softness_px).square().mean()
+    return _Silhouette.apply(images, targets, softness_px)
+
+
+class _Silhouette(torch.autograd.Function):
+    """The blur is its own adjoint: the way back is one more blur."""
+
+    @staticmethod
+    def forward(ctx, images, targets, softness_px):
+        soft = silhouettes.soften(images - targets, softness_px)
+        ctx.save_for_backward(soft)
+        ctx.softness_px = softness_px
+        return soft.square().mean()
+
+    @staticmethod
+    def backward(ctx, upstream):
+        (soft,) = ctx.saved_tensors
+        return upstream * 2 / soft.numel() * silhouettes.soften(soft, ctx.softness_px), None, None
 
 
 def overlap(

@@ -6,7 +6,7 @@ import torch
 from oracles import central_differences
 
 from data_fetch import kitchen_like, torus
-from rasp_core import containers, losses, poses
+from rasp_core import containers, losses, poses, silhouettes
 from rasp_core.arrange import find_neighbours
 from rasp_core.errors import InputError
 from rasp_core.problem import Settings
@@ -24,6 +24,19 @@ def crowd():
         poses.quaternion_to_rotation(poses.random_quaternions(12, generator, torch.float64))
     )
     return scene, turns, BOX.random_points(12, generator).double()
+
+
+@pytest.mark.parametrize("softness", [0.0, 1.5, 9.0])
+def test_eq_2_and_its_gradient_are_those_of_plain_autograd(softness):
+    generator = torch.Generator().manual_seed(0)
+    images = torch.rand(2, 24, 24, generator=generator, dtype=torch.float64, requires_grad=True)
+    targets = torch.rand(2, 24, 24, generator=generator, dtype=torch.float64)
+    plain = silhouettes.soften(images - targets, softness).square().mean()
+    found = losses.silhouette(images, targets, softness)
+    assert found.item() == pytest.approx(plain.item())
+    assert torch.allclose(*(torch.autograd.grad(loss, images)[0] for loss in (found, plain)))
+    if softness == 0:
+        assert found.item() == pytest.approx(((images - targets) ** 2).sum().item() / (2 * 24 * 24))
 
 
 def naive_overlap(scene, rotation, translation, lattice, at_least):
