@@ -102,7 +102,7 @@ def _pack(options: argparse.Namespace) -> int:
     if options.fit_objects is not None:
         scale = packing.fit_scale(bodies, container, options.fit_objects)
         bodies = [body.scaled(scale) for body in bodies]
-    packed = packing.pack(bodies, container, count, settings, device, options.time_limit, progress=sys.stderr.isatty())
+    packed = packing.pack(bodies, container, count, settings, device, options.time_limit, progress=True)
     arrangement, certificate = packed.arrangement, packed.certificate
     placed = arrangement.problem.bodies
     voxel = float(max(container.bounds[1] - container.bounds[0])) / 160

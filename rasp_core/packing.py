@@ -13,6 +13,7 @@ the most that fit with no intersection. Here: from N_init downwards, in one warm
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -146,7 +147,8 @@ class _Run:
         self.deadline = None if time_limit is None else time.monotonic() + time_limit
         self.start = Start.random(self.bodies, container, settings.seed)
         self.histories, self.rounds = [], []
-        self.bar = tqdm(desc="pack", unit="it", disable=not progress, leave=False)
+        interval = 0.2 if sys.stderr.isatty() else 10  # a log file wants few lines
+        self.bar = tqdm(desc="pack", unit="it", disable=not progress, leave=False, mininterval=interval)
 
     @property
     def bodies(self) -> list[Body]:
