@@ -12,7 +12,7 @@ from torch import Tensor
 from tqdm.auto import tqdm
 
 from . import checkpoint as checkpoints
-from . import losses, poses
+from . import contact, losses, poses
 from .cameras import Camera
 from .errors import InputError
 from .meshes import Body
@@ -163,7 +163,7 @@ def evaluate(scene: Scene, rotation, translation, targets, lattice, settings: Se
     Terms of weight 0 are not computed and count as 0.
     """
     zero = torch.zeros((), device=scene.device, dtype=scene.dtype)
-    silhouette = overlap = extrusion = contact = zero
+    silhouette = overlap = extrusion = touch = zero
     images = None
     if settings.silhouette_weight:
         images = render(scene.outlines, rotation, translation, scene.views, settings.resolution)
@@ -184,21 +184,21 @@ def evaluate(scene: Scene, rotation, translation, targets, lattice, settings: Se
         if near is None:
             near = find_neighbours(scene, rotation, translation, settings)
         margin = torch.full_like(scene.radius, settings.contact_margin)
-        contact = losses.contact(scene.stack, scene.samples, near, scene.container, rotation, translation, margin)
-        contact = contact / lattice.spacing**3
+        touch = contact.contact(scene.stack, scene.samples, near, scene.container, rotation, translation, margin)
+        touch = touch / lattice.spacing**3
     total = (
         settings.silhouette_weight * silhouette
         + settings.overlap_weight * overlap
         + settings.lambda_ * extrusion
-        + settings.contact_weight * contact
+        + settings.contact_weight * touch
     )
-    return torch.stack([total, silhouette, overlap, extrusion, contact]), images
+    return torch.stack([total, silhouette, overlap, extrusion, touch]), images
 
 
-def find_neighbours(scene: Scene, rotation: Tensor, translation: Tensor, settings: Settings) -> losses.Neighbours:
+def find_neighbours(scene: Scene, rotation: Tensor, translation: Tensor, settings: Settings) -> contact.Neighbours:
     """The samples that the contact term looks at, for some iterations about these poses."""
     reach = NEIGHBOUR_REACH * scene.width + 2 * settings.contact_margin
-    return losses.neighbours(scene.stack, scene.samples, scene.half, rotation, translation, scene.container, reach)
+    return contact.neighbours(scene.stack, scene.samples, scene.half, rotation, translation, scene.container, reach)
 
 
 def draw_images(arrangement: Arrangement, device: str | torch.device = "cpu") -> Arrangement:

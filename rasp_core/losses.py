@@ -1,4 +1,4 @@
-"""The paper's losses, each with its equation, plus the surface contact that closes the last gaps.
+"""The paper's losses, each with its equation.
 
     L_total = L_sil + L_is + lambda * L_ext          (Eq. 1)
 
@@ -10,10 +10,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
 import torch
 from torch import Tensor
 
-from . import forces, silhouettes
+from . import engine, forces, silhouettes
 from .containers import Container
 from .errors import InputError
 from .sdf import GridStack
@@ -22,6 +23,7 @@ LAMBDA = 0.001  # weight of the extrusion term, the paper's
 EPSILON = 0.01  # metres; how deep inside the container the extrusion term stops rewarding, the paper's
 QUERY_POINTS = 80_000  # the paper's
 
+CHUNKS = 8  # of the bodies, that the compiled overlap term shares out among threads
 OVERLAP_TERMS = ("shared", "as_printed")
 
 
@@ -48,7 +50,7 @@ class Lattice:
         """All points, `(X * Y * Z, 3)`, those that do not count included."""
         axes = [torch.arange(n, device=self.origin.device) for n in self.shape]
         index = torch.stack(torch.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
-        return self.origin + index * self.spacing
+        return self.origin + index.to(self.origin.dtype) * self.spacing
 
     def shifted(self, share: Tensor) -> Lattice:
         """The lattice moved by `share` `(3,)` of its spacing; the same points count."""
@@ -106,6 +108,11 @@ def overlap(
     """
     if term not in OVERLAP_TERMS:
         raise InputError(f"overlap term {term!r} is unknown; use one of {', '.join(OVERLAP_TERMS)}")
+    if engine.compiled(rotation.device):
+        total, wrench = _compiled_overlap(stack, half, rotation, translation, lattice, 2 if term == "shared" else 1)
+        return forces.attach(
+            total, rotation, translation, *forces.gradients(forces.to_world(wrench, rotation.detach()))
+        )
     with torch.no_grad():
         body, point, local = _inside_pairs(stack, half, rotation, translation, lattice, shared=term == "shared")
         value, slope = stack.sample(body, local)
@@ -117,6 +124,26 @@ def overlap(
         total = -value[kept].sum()
         gradients = forces.gradients(forces.to_world(wrench, rotation))
     return forces.attach(total, rotation, translation, *gradients)
+
+
+def _compiled_overlap(stack, half, rotation, translation, lattice, need: int) -> tuple[Tensor, Tensor]:
+    """`overlap` by compiled loops: its value, and the wrenches in the bodies' frames."""
+    from . import kernels
+
+    sums = kernels.overlap(
+        need,
+        CHUNKS,
+        stack.values.numpy(),
+        stack.arrays,
+        half.numpy(),
+        rotation.detach().contiguous().numpy(),
+        translation.detach().contiguous().numpy(),
+        np.array([*lattice.origin.tolist(), lattice.spacing]),
+        lattice.shape,
+        np.zeros(0, np.bool_) if lattice.inside is None else lattice.inside.numpy(),
+    )
+    found = torch.from_numpy(sums).to(rotation.dtype)
+    return found[:, 0].sum(), found[:, 1:].view(-1, 4, 3)
 
 
 def extrusion(
@@ -137,120 +164,22 @@ def extrusion(
         near = container.signed_distance(translation)[0] + radius > -epsilon
         chosen = near[vertex_body].nonzero()[:, 0]
         body, point = vertex_body[chosen], vertices[chosen]
-        value, normal = container.signed_distance(_to_world(rotation, translation, body, point))
+        value, normal = container.signed_distance(to_world(rotation, translation, body, point))
         out = (value > -epsilon).nonzero()[:, 0]
         total = value[out].sum() - epsilon * (len(vertices) - len(out))
         gradients = forces.gradients(forces.gather(len(rotation), body[out], point[out], normal[out]))
     return forces.attach(total, rotation, translation, *gradients)
 
 
-@dataclass(frozen=True)
-class SurfaceSamples:
-    """Points on the bodies' surfaces: points `(S, 3)` in body frames, body by body; count and start `(N,)`;
-    area `(S,)` square metres that each stands for."""
-
-    points: Tensor
-    start: Tensor
-    count: Tensor
-    area: Tensor
-
-
-@dataclass(frozen=True)
-class Neighbours:
-    """Samples that may come to touch: sample `(M,)`, the body it lies on, the body it may meet; and for walls,
-    wall_sample `(W,)` and its body."""
-
-    sample: Tensor
-    own: Tensor
-    other: Tensor
-    wall_sample: Tensor
-    wall_own: Tensor
-
-
-def neighbours(
-    stack: GridStack,
-    samples: SurfaceSamples,
-    half: Tensor,
-    rotation: Tensor,
-    translation: Tensor,
-    container: Container,
-    reach: float,
-) -> Neighbours:
-    """Every surface sample within `reach` metres of another body, or of the container's wall, or beyond it.
-
-    Good for as long as nothing moves by more than half of `reach` less twice the margin that `contact` is given.
-    """
-    with torch.no_grad():
-        first, second = _touching_boxes(half, rotation, translation, reach).nonzero(as_tuple=True)
-        pair, sample = _runs(samples.start[first], samples.count[first])
-        # the sampled body seen from the other's frame
-        back = rotation[second].transpose(1, 2)
-        turn, shift = back @ rotation[first], (back @ (translation[first] - translation[second])[:, :, None])[:, :, 0]
-        local = (turn[pair] @ samples.points[sample][:, :, None])[:, :, 0] + shift[pair]
-        other = second[pair]
-        near = (local.abs() < half[other] + reach).all(1).nonzero()[:, 0]
-        pair, sample, local, other = pair[near], sample[near], local[near], other[near]
-        near = (stack.nearest(other, local) < reach + 0.87 * stack.spacing[other]).nonzero()[:, 0]
-
-        close = container.signed_distance(translation)[0] + half.norm(dim=1) > -reach
-        own, wall = _runs(samples.start, torch.where(close, samples.count, 0))
-        distance, _ = container.signed_distance(_to_world(rotation, translation, own, samples.points[wall]))
-        by_wall = (distance > -reach).nonzero()[:, 0]
-    return Neighbours(sample[near], first[pair[near]], other[near], wall[by_wall], own[by_wall])
-
-
-def contact(
-    stack: GridStack,
-    samples: SurfaceSamples,
-    near: Neighbours,
-    container: Container,
-    rotation: Tensor,
-    translation: Tensor,
-    margin: Tensor,
-) -> Tensor:
-    """`sum over surface samples of area * depth^2`, depth = how much nearer than allowed to a body or wall; m^4.
-
-    The kit's own term. Overlaps thinner than the spacing of the query points are invisible to Eq. 4; the samples of
-    each body, looked up in its neighbours' and the container's signed distances, see them. margin `(N,)` metres,
-    the distance that each body keeps: from a wall its own, from another body the sum of both.
-    """
-    with torch.no_grad():
-        point = samples.points[near.sample]
-        world = _to_world(rotation, translation, near.own, point)
-        local = ((world - translation[near.other])[:, None, :] @ rotation[near.other])[:, 0]
-        value, slope = stack.sample(near.other, local)
-        depth = (margin[near.own] + margin[near.other] - value).clamp(min=0)
-        push = samples.area[near.sample] * depth
-        total = (push * depth).sum()
-        force = 2 * push[:, None] * (rotation[near.other] @ slope[:, :, None])[:, :, 0]
-        wrench = forces.gather(len(rotation), near.own, point, -force)
-        wrench += forces.gather(len(rotation), near.other, local, force)
-
-        point = samples.points[near.wall_sample]
-        value, normal = container.signed_distance(_to_world(rotation, translation, near.wall_own, point))
-        depth = (value + margin[near.wall_own]).clamp(min=0)
-        push = samples.area[near.wall_sample] * depth
-        total += (push * depth).sum()
-        wrench += forces.gather(len(rotation), near.wall_own, point, 2 * push[:, None] * normal)
-    return forces.attach(total, rotation, translation, *forces.gradients(wrench))
-
-
-def _runs(start: Tensor, count: Tensor) -> tuple[Tensor, Tensor]:
+def runs(start: Tensor, count: Tensor) -> tuple[Tensor, Tensor]:
     """Rows of index ranges `[start, start + count)`: which range each index is of, and the index."""
     which = torch.repeat_interleave(count)
     return which, torch.arange(len(which), device=count.device) - (count.cumsum(0) - count - start)[which]
 
 
-def _to_world(rotation: Tensor, translation: Tensor, body: Tensor, points: Tensor) -> Tensor:
+def to_world(rotation: Tensor, translation: Tensor, body: Tensor, points: Tensor) -> Tensor:
+    """Points `(M, 3)` in the frames of `body` `(M,)` -> world."""
     return (rotation[body] @ points[:, :, None])[:, :, 0] + translation[body]
-
-
-def _touching_boxes(half: Tensor, rotation: Tensor, translation: Tensor, margin: float) -> Tensor:
-    """`(N, N)` bool, which bodies' world boxes, grown by `margin` metres in all, intersect; False on the diagonal."""
-    reach = (rotation.abs() @ half[:, :, None])[:, :, 0] + margin / 2
-    apart = (translation[:, None] - translation[None]).abs() > reach[:, None] + reach[None]
-    touching = ~apart.any(-1)
-    return touching.fill_diagonal_(False)
 
 
 def _tally(point: Tensor, lattice: Lattice) -> Tensor:
@@ -274,11 +203,11 @@ def _inside_pairs(stack, half, rotation, translation, lattice, shared: bool):
     width = (high - low + 1).clamp(min=0)
 
     columns = width[:, 0] * width[:, 1]
-    body, step = _runs(torch.zeros_like(columns), columns)
+    body, step = runs(torch.zeros_like(columns), columns)
     ix = low[body, 0] + torch.div(step, width[body, 1], rounding_mode="floor")
     iy = low[body, 1] + step % width[body, 1]
     # along a column the place in the body's frame is base + iz * rise
-    foot = torch.stack([ix, iy, torch.zeros_like(ix)], 1) * h + lattice.origin - translation[body]
+    foot = torch.stack([ix, iy, torch.zeros_like(ix)], 1).to(rotation.dtype) * h + lattice.origin - translation[body]
     base = (foot[:, None, :] @ rotation[body])[:, 0]
     rise = (rotation[:, 2] * h)[body]
     rise = torch.where(rise.abs() < 1e-12, 1e-12, rise)
@@ -286,9 +215,9 @@ def _inside_pairs(stack, half, rotation, translation, lattice, shared: bool):
     enter, leave = (-bound - base) / rise, (bound - base) / rise
     first = torch.minimum(enter, leave).amax(1).ceil().clamp(min=0).long()
     last = torch.minimum(torch.maximum(enter, leave).amin(1).floor().clamp(-1, lattice.shape[2]).long(), top[2])
-    runs = (last - first + 1).clamp(min=0)
+    lengths = (last - first + 1).clamp(min=0)
 
-    column, iz = _runs(first, runs)
+    column, iz = runs(first, lengths)
     owner = body[column]
     point = ((ix * lattice.shape[1] + iy) * lattice.shape[2])[column] + iz
     spacing = stack.spacing[body, None]

@@ -11,12 +11,13 @@ import trimesh
 from torch import Tensor
 
 from .cameras import Camera
+from .contact import SurfaceSamples
 from .containers import Container
 from .errors import InputError
-from .losses import SurfaceSamples
 from .meshes import Body
+from .outlines import Outlines, Views
 from .sdf import GridStack
-from .silhouettes import Outlines, Views, render
+from .silhouettes import render
 
 SAMPLE_SPACING = 2.0  # between surface samples, in cells of the body's grid
 MAX_SAMPLES = 2000  # for one body

@@ -10,6 +10,7 @@ import os
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -106,6 +107,11 @@ class GridStack:
         self.shape = torch.tensor([grid.values.shape for grid in grids], device=device).reshape(-1, 3)
         self.origin = torch.tensor(np.array([g.origin for g in grids]).reshape(-1, 3), device=device, dtype=dtype)
         self.spacing = torch.tensor([grid.spacing for grid in grids], device=device, dtype=dtype)
+
+    @cached_property
+    def arrays(self) -> tuple[np.ndarray, ...]:
+        """start, shape, origin and spacing as arrays for the compiled loops."""
+        return tuple(x.numpy() for x in (self.start, self.shape, self.origin, self.spacing))
 
     @classmethod
     def of_bodies(cls, bodies: Sequence[Body], device="cpu", dtype=torch.float32, cells: int = CELLS) -> GridStack:

@@ -15,65 +15,13 @@ image, so a soft contour stays centred on the true one, and what is hidden behin
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 import torch
 from torch import Tensor
 from torch.nn import functional
 
-from . import forces
-from .cameras import Camera
-from .meshes import Body
-
-
-class Outlines:
-    """The closed surfaces of N bodies, laid out to find contour edges.
-
-    vertices `(V, 3)`, vertex_body `(V,)`; normals `(F, 3)` not normalised, offsets `(F,)` = normal . vertex,
-    face_body `(F,)`; edges `(E, 4)` int64: from vertex, to vertex, face on the left, face on the right.
-    """
-
-    def __init__(self, bodies: Sequence[Body], device: str | torch.device = "cpu", dtype=torch.float32):
-        vertices, faces, edges, vertex_body, face_body = [], [], [], [], []
-        v_at = f_at = 0
-        known: dict[str, np.ndarray] = {}
-        for i, body in enumerate(bodies):
-            if body.digest not in known:
-                known[body.digest] = _edges(body.solid_faces)
-            vertices.append(body.solid_vertices)
-            faces.append(body.solid_faces + v_at)
-            edges.append(known[body.digest] + np.array([v_at, v_at, f_at, f_at]))
-            vertex_body.append(np.full(len(body.solid_vertices), i))
-            face_body.append(np.full(len(body.solid_faces), i))
-            v_at += len(body.solid_vertices)
-            f_at += len(body.solid_faces)
-        points, triangles = np.concatenate(vertices), np.concatenate(faces)
-        corners = points[triangles]
-        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        offsets = (normals * corners[:, 0]).sum(1)
-        self.count = len(bodies)
-        self.vertices = torch.as_tensor(points, device=device, dtype=dtype)
-        self.vertex_body = torch.as_tensor(np.concatenate(vertex_body), device=device)
-        self.normals = torch.as_tensor(normals, device=device, dtype=dtype)
-        self.offsets = torch.as_tensor(offsets, device=device, dtype=dtype)
-        self.face_body = torch.as_tensor(np.concatenate(face_body), device=device)
-        self.edges = torch.as_tensor(np.concatenate(edges), device=device)
-
-
-class Views:
-    """K cameras as tensors: axes `(K, 3, 3)` rows right, up, forward; eye `(K, 4)`; centre `(K, 3)`; width `(K,)`."""
-
-    def __init__(self, cameras: Sequence[Camera], device: str | torch.device = "cpu", dtype=torch.float32):
-        def tensor(rows):
-            return torch.as_tensor(np.array(rows, np.float64), device=device, dtype=dtype)
-
-        self.axes = tensor([camera.axes for camera in cameras])
-        self.eye = tensor([camera.eye for camera in cameras])
-        self.centre = tensor([camera.centre for camera in cameras])
-        self.width = tensor([camera.width for camera in cameras])
-        self.perspective = torch.tensor([camera.projection == "perspective" for camera in cameras], device=device)
-        self.any_perspective = any(camera.projection == "perspective" for camera in cameras)
+from . import engine, forces
+from .outlines import Outlines, Views
 
 
 def render(outlines: Outlines, rotation: Tensor, translation: Tensor, views: Views, resolution: int) -> Tensor:
@@ -83,11 +31,14 @@ def render(outlines: Outlines, rotation: Tensor, translation: Tensor, views: Vie
     is at least 0.5 exactly where its centre is covered, but for what is thinner than a pixel: that is shaded by its
     width. Perspective views need every body in front of the eye.
     """
-    return _Render.apply(rotation, translation, outlines, views, resolution)
+    drawing = _Compiled if engine.compiled(rotation.device) else _Render
+    return drawing.apply(rotation, translation, outlines, views, resolution)
 
 
 def mask(outlines: Outlines, rotation: Tensor, translation: Tensor, views: Views, resolution: int) -> Tensor:
     """Hard silhouettes `(K, resolution, resolution)` bool: True where a pixel's centre is covered. For judging."""
+    if engine.compiled(rotation.device):
+        return torch.from_numpy(_drawn(rotation, translation, outlines, views, resolution)[1])
     with torch.no_grad():
         return _Contours(outlines, rotation, translation, views, resolution).inside()
 
@@ -100,6 +51,10 @@ def soften(images: Tensor, softness_px: float) -> Tensor:
     steps = torch.arange(-reach, reach + 1, dtype=images.dtype, device=images.device)
     kernel = torch.exp(-0.5 * (steps / softness_px) ** 2)
     kernel = kernel / kernel.sum()
+    if engine.compiled(images.device) and not images.requires_grad:
+        from . import kernels
+
+        return torch.from_numpy(kernels.blur(images.contiguous().numpy(), kernel.numpy()))
     soft = functional.conv2d(images[:, None], kernel[None, None, None, :], padding=(0, reach))
     return functional.conv2d(soft, kernel[None, None, :, None], padding=(reach, 0))[:, 0]
 
@@ -233,6 +188,37 @@ class _Render(torch.autograd.Function):
         return *forces.gradients(total), None, None, None
 
 
+def _drawn(rotation, translation, outlines, views, n):
+    """What the compiled renderer draws."""
+    from . import kernels_silhouettes
+
+    place = rotation.detach().contiguous().numpy(), translation.detach().contiguous().numpy()
+    return kernels_silhouettes.render(outlines.arrays, *place, views.arrays, n, outlines.arrays[0])
+
+
+class _Compiled(torch.autograd.Function):
+    """`_Render` by compiled loops, for tensors on the CPU."""
+
+    @staticmethod
+    def forward(ctx, rotation, translation, outlines, views, n):
+        drawn = _drawn(rotation, translation, outlines, views, n)
+        ctx.scene = (outlines, views, drawn)
+        ctx.save_for_backward(rotation, translation)
+        return torch.from_numpy(drawn[0]).clamp(0, 1)
+
+    @staticmethod
+    def backward(ctx, upstream):
+        from . import kernels_silhouettes
+
+        outlines, views, drawn = ctx.scene
+        rotation, translation = ctx.saved_tensors
+        image = torch.from_numpy(drawn[0])
+        upstream = torch.where((image < 0) | (image > 1), 0, upstream).contiguous().numpy()
+        place = rotation.detach().contiguous().numpy(), translation.detach().contiguous().numpy()
+        total = kernels_silhouettes.pull(upstream, outlines.arrays, *place, views.arrays, drawn)
+        return *forces.gradients(torch.from_numpy(total).to(rotation.dtype)), None, None, None
+
+
 def _perspective_jacobian(views, n, k, point, rotation, translation, du, dv):
     """Rows d u / d x and d v / d x `(M, 3)` of the pixel coordinates at world points, in perspective views."""
     world = (rotation @ point[:, :, None])[:, :, 0] + translation - views.centre[k]
@@ -269,15 +255,3 @@ def _pairs(inside: Tensor, view: Tensor, cut: Tensor, line: Tensor, place: Tenso
     on_inner = reach < 0.5
     pixel = torch.where(on_inner == entering, base + step, base)
     return kept, pixel, reach - 0.5, torch.where(entering, -1.0, 1.0).to(reach.dtype)
-
-
-def _edges(faces: np.ndarray) -> np.ndarray:
-    """`(F, 3)` closed faces -> `(E, 4)`: from, to, the face that runs along it so, and one that runs against it."""
-    number = np.arange(len(faces))
-    half = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    owner = np.tile(number, 3)
-    up = half[:, 0] < half[:, 1]
-    forward, backward = half[up], half[~up][:, ::-1]
-    a = np.lexsort((forward[:, 1], forward[:, 0]))
-    b = np.lexsort((backward[:, 1], backward[:, 0]))
-    return np.column_stack([forward[a], owner[up][a], owner[~up][b]])

@@ -48,3 +48,21 @@ def two_balls():
 
     ball = trimesh.creation.icosphere(subdivisions=4)
     return [make_body(name, ball.vertices, ball.faces) for name in ("ball", "ball#2")]
+
+
+@pytest.fixture(scope="session")
+def crowd():
+    """Twelve bodies at random poses in a box: scene, angles `(12, 3)`, translations `(12, 3)`, float64."""
+    import torch
+
+    from data_fetch import kitchen_like
+    from rasp_core import containers, poses
+    from rasp_core.scene import Scene
+
+    box = containers.box((0.3, 0.25, 0.2))
+    scene = Scene(kitchen_like(12), box, box.views(), dtype=torch.float64)
+    generator = torch.Generator().manual_seed(0)
+    turns = poses.rotation_to_angles(
+        poses.quaternion_to_rotation(poses.random_quaternions(12, generator, torch.float64))
+    )
+    return scene, turns, box.random_points(12, generator).double()

@@ -3,6 +3,8 @@
 import numpy as np
 import torch
 
+from rasp_core import poses
+
 
 def winding_number(points: np.ndarray, vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Generalised winding number of `(M, 3)` points (van Oosterom and Strackee's solid angles): 1 inside, 0 outside."""
@@ -41,3 +43,16 @@ def central_differences(function, at: torch.Tensor, step: float) -> torch.Tensor
         shift[index] = step
         gradient[index] = (function(at + shift) - function(at - shift)) / (2 * step)
     return gradient
+
+
+def total_force(loss, turns, translation):
+    """Autograd's gradient of `loss(rotation, translation)` in angles and translations, `(N, 6)`."""
+    turns, translation = turns.clone().requires_grad_(), translation.clone().requires_grad_()
+    loss(poses.angles_to_rotation(turns), translation).backward()
+    return torch.cat([turns.grad, translation.grad], 1)
+
+
+def numeric_force(loss, turns, translation, step=1e-8):
+    """The same by central differences."""
+    both = torch.cat([turns, translation], 1)
+    return central_differences(lambda b: loss(poses.angles_to_rotation(b[:, :3]), b[:, 3:]), both, step)

@@ -3,27 +3,14 @@
 import numpy as np
 import pytest
 import torch
-from oracles import central_differences
+from oracles import numeric_force, total_force
 
-from data_fetch import kitchen_like, torus
+from data_fetch import torus
 from rasp_core import containers, losses, poses, silhouettes
-from rasp_core.arrange import find_neighbours
 from rasp_core.errors import InputError
-from rasp_core.problem import Settings
 from rasp_core.scene import Scene
 
 BOX = containers.box((0.3, 0.25, 0.2))
-
-
-@pytest.fixture(scope="module")
-def crowd():
-    """Twelve bodies at random poses in a box, float64."""
-    scene = Scene(kitchen_like(12), BOX, BOX.views(), dtype=torch.float64)
-    generator = torch.Generator().manual_seed(0)
-    turns = poses.rotation_to_angles(
-        poses.quaternion_to_rotation(poses.random_quaternions(12, generator, torch.float64))
-    )
-    return scene, turns, BOX.random_points(12, generator).double()
 
 
 @pytest.mark.parametrize("softness", [0.0, 1.5, 9.0])
@@ -64,17 +51,6 @@ def test_overlap_is_the_naive_sum(crowd, term, at_least, container):
     found = losses.overlap(scene.stack, scene.half, rotation, translation, lattice, term)
     assert found > 0
     assert found.item() == pytest.approx(naive_overlap(scene, rotation, translation, lattice, at_least).item())
-
-
-def total_force(loss, turns, translation):
-    turns, translation = turns.clone().requires_grad_(), translation.clone().requires_grad_()
-    loss(poses.angles_to_rotation(turns), translation).backward()
-    return torch.cat([turns.grad, translation.grad], 1)
-
-
-def numeric_force(loss, turns, translation, step=1e-8):
-    both = torch.cat([turns, translation], 1)
-    return central_differences(lambda b: loss(poses.angles_to_rotation(b[:, :3]), b[:, 3:]), both, step)
 
 
 @pytest.mark.parametrize("term", losses.OVERLAP_TERMS)
@@ -119,28 +95,6 @@ def test_extrusion_of_bodies_deep_inside_is_minus_epsilon_for_each_vertex(two_ba
     loss.backward()
     assert loss.item() == pytest.approx(-0.5 * len(outlines.vertices))
     assert place.grad.abs().max() == 0
-
-
-def test_contact_is_the_naive_sum_and_its_gradient_exact(crowd):
-    scene, turns, translation = crowd
-    margin = torch.full((12,), 1e-3, dtype=torch.float64)
-    rotation = poses.angles_to_rotation(turns)
-    near = find_neighbours(scene, rotation, translation, Settings(contact_margin=1e-3))
-
-    def loss(rotation, place):
-        return losses.contact(scene.stack, scene.samples, near, BOX, rotation, place, margin)
-
-    samples = scene.samples
-    own = torch.repeat_interleave(samples.count)
-    world = (rotation[own] @ samples.points[:, :, None])[:, :, 0] + translation[own]
-    naive = (samples.area * (BOX.signed_distance(world)[0] + 1e-3).clamp(min=0).square()).sum()
-    for i in range(12):
-        other = own != i
-        value, _ = scene.stack.sample(torch.full((len(own),), i), (world - translation[i]) @ rotation[i])
-        naive += (samples.area * (2e-3 - value).clamp(min=0).square())[other].sum()
-    assert loss(rotation, translation).item() == pytest.approx(naive.item())
-    exact, numeric = total_force(loss, turns, translation), numeric_force(loss, turns, translation)
-    assert (exact - numeric).norm() <= 1e-4 * numeric.norm()
 
 
 def pushes(term, balls, apart):

@@ -1,0 +1,145 @@
+"""The hot loops on the CPU, compiled by numba at first use; the plain torch versions are their oracles.
+
+Arrays only, no torch. Every parallel loop gives each body or row to one thread and adds up in a fixed order, so that
+results do not depend on the number of threads.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import config, njit, prange
+
+# OpenMP before TBB: numba warns of TBB libraries that are too old, and torch has OpenMP loaded already
+config.THREADING_LAYER_PRIORITY = ["omp", "tbb", "workqueue"]
+
+NEAR = 0.87  # of a cell: how far a grid's nearest value may be from the truth, half a cell's diagonal
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _scan(body, need, counting, counts, values, grids, half, rotation, translation, lattice, shape, inside, sums):
+    """Visit the lattice points in one body's box: count those inside, or add up depth, slopes and moments.
+
+    grids : `(start, shape, origin, spacing)`, see `sdf.GridStack`. lattice : `(x, y, z, spacing)`. inside : flat bool
+    or of length 0. counts : flat, how many bodies a point is in. sums `(13,)`: depth, slope, point (outer) slope.
+    """
+    starts, shapes, origins, spacings = grids
+    _, ny, nz = shape
+    h = lattice[3]
+    r, t = rotation[body], translation[body]
+    at, gy, gz = starts[body], shapes[body, 1], shapes[body, 2]
+    cell = spacings[body]
+    low, high = np.empty(2, np.int64), np.empty(2, np.int64)
+    for a in range(2):
+        reach = abs(r[a, 0]) * half[body, 0] + abs(r[a, 1]) * half[body, 1] + abs(r[a, 2]) * half[body, 2]
+        low[a] = max(0, math.ceil((t[a] - reach - lattice[a]) / h))
+        high[a] = min(shape[a] - 1, math.floor((t[a] + reach - lattice[a]) / h))
+    base, rise = np.empty(3), np.empty(3)
+    for k in range(3):
+        rise[k] = r[2, k] * h
+    for ix in range(low[0], high[0] + 1):
+        for iy in range(low[1], high[1] + 1):
+            dx, dy, dz = lattice[0] + ix * h - t[0], lattice[1] + iy * h - t[1], lattice[2] - t[2]
+            enter, leave = 0.0, float(nz - 1)
+            for k in range(3):
+                base[k] = r[0, k] * dx + r[1, k] * dy + r[2, k] * dz
+                step = rise[k] if abs(rise[k]) > 1e-12 else 1e-12
+                first, last = (-half[body, k] - base[k]) / step, (half[body, k] - base[k]) / step
+                enter, leave = max(enter, min(first, last)), min(leave, max(first, last))
+            for iz in range(math.ceil(enter), math.floor(leave) + 1):
+                point = (ix * ny + iy) * nz + iz
+                if (not counting and counts[point] < need) or (len(inside) and not inside[point]):
+                    continue
+                qx, qy, qz = base[0] + iz * rise[0], base[1] + iz * rise[1], base[2] + iz * rise[2]
+                x, y, z = (
+                    (qx - origins[body, 0]) / cell,
+                    (qy - origins[body, 1]) / cell,
+                    (qz - origins[body, 2]) / cell,
+                )
+                if values[at + (int(x + 0.5) * gy + int(y + 0.5)) * gz + int(z + 0.5)] >= NEAR * cell:
+                    continue
+                i, j, k = int(x), int(y), int(z)
+                fx, fy, fz = x - i, y - j, z - k
+                o = at + (i * gy + j) * gz + k
+                p = o + gy * gz
+                c00 = values[o] + fx * (values[p] - values[o])
+                c01 = values[o + 1] + fx * (values[p + 1] - values[o + 1])
+                c10 = values[o + gz] + fx * (values[p + gz] - values[o + gz])
+                c11 = values[o + gz + 1] + fx * (values[p + gz + 1] - values[o + gz + 1])
+                c0, c1 = c00 + fy * (c10 - c00), c01 + fy * (c11 - c01)
+                value = c0 + fz * (c1 - c0)
+                if value >= 0:
+                    continue
+                if counting:
+                    counts[point] += 1
+                    continue
+                d0 = (values[p] - values[o]) * (1 - fy) + (values[p + gz] - values[o + gz]) * fy
+                d1 = (values[p + 1] - values[o + 1]) * (1 - fy) + (values[p + gz + 1] - values[o + gz + 1]) * fy
+                sx = (d0 + fz * (d1 - d0)) / cell
+                sy = ((c10 - c00) * (1 - fz) + (c11 - c01) * fz) / cell
+                sz = (c1 - c0) / cell
+                sums[0] -= value
+                sums[1] += sx
+                sums[2] += sy
+                sums[3] += sz
+                sums[4] += qx * sx
+                sums[5] += qx * sy
+                sums[6] += qx * sz
+                sums[7] += qy * sx
+                sums[8] += qy * sy
+                sums[9] += qy * sz
+                sums[10] += qz * sx
+                sums[11] += qz * sy
+                sums[12] += qz * sz
+
+
+@njit(cache=True, parallel=True, nogil=True)
+def overlap(need, chunks, values, grids, half, rotation, translation, lattice, shape, inside):
+    """Eq. 3-4 over points in at least `need` bodies: `(N, 13)`, for each body its depth and wrench in its own frame."""
+    bodies = len(rotation)
+    counts = np.zeros((chunks, shape[0] * shape[1] * shape[2]), np.int16)
+    sums = np.zeros((bodies, 13))
+    if need > 1:
+        for chunk in prange(chunks):
+            for body in range(chunk, bodies, chunks):
+                _scan(
+                    body, need, True, counts[chunk], values, grids, half, rotation, translation, lattice, shape, inside,
+                    sums[body],
+                )  # fmt: skip
+        for chunk in range(1, chunks):
+            counts[0] += counts[chunk]
+    else:
+        counts[0] += 1
+    for chunk in prange(chunks):
+        for body in range(chunk, bodies, chunks):
+            _scan(
+                body, need, False, counts[0], values, grids, half, rotation, translation, lattice, shape, inside,
+                sums[body],
+            )  # fmt: skip
+    return sums
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def _add(target, source, weight):
+    """`target += weight * source`, in a form that compiles to vector instructions."""
+    for x in range(len(target)):
+        target[x] += weight * source[x]
+
+
+@njit(cache=True, parallel=True, nogil=True, fastmath=True)
+def blur(images, kernel):
+    """Images `(K, H, W)` convolved along both axes with an odd, symmetric kernel, 0 beyond the border."""
+    views, height, width = images.shape
+    reach = len(kernel) // 2
+    across, out = np.zeros_like(images), np.zeros_like(images)
+    for job in prange(views * height):
+        source, target = images[job // height, job % height], across[job // height, job % height]
+        for s in range(-reach, reach + 1):
+            low, high = max(0, -s), min(width, width - s)
+            _add(target[low:high], source[low + s : high + s], kernel[s + reach])
+    for job in prange(views * height):
+        k, row = job // height, job % height
+        for s in range(max(-reach, -row), min(reach + 1, height - row)):
+            _add(out[k, row], across[k, row + s], kernel[s + reach])
+    return out

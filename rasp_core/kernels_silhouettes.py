@@ -1,0 +1,246 @@
+"""The shadow renderer's hot loops on the CPU, compiled by numba at first use; `silhouettes` has the oracle in torch.
+
+One thread draws one view. Arrays only, no torch.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .kernels import njit, prange
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _lines(first, last, n):
+    """The pixel lines whose centres lie between two coordinates: from, to (exclusive)."""
+    low, high = min(first, last), max(first, last)
+    return max(0, min(n, math.ceil(low - 0.5))), max(0, min(n, math.ceil(high - 0.5)))
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _project(vertices, vertex_body, rotation, translation, camera, n, pixels, depths):
+    """Pixel coordinates `(V, 2)` and relative depths `(V,)` of all vertices in one view."""
+    axes, eye, centre, width = camera
+    scale = n / width
+    distance = 0.0
+    for a in range(3):
+        distance += (centre[a] - eye[a]) ** 2
+    distance = math.sqrt(distance)
+    bodies = len(rotation)
+    turned, moved = np.empty((bodies, 3, 3)), np.empty((bodies, 3))
+    for b in range(bodies):
+        for a in range(3):
+            moved[b, a] = 0
+            for c in range(3):
+                moved[b, a] += axes[a, c] * (translation[b, c] - centre[c])
+                turned[b, a, c] = 0
+                for e in range(3):
+                    turned[b, a, c] += axes[a, e] * rotation[b, e, c]
+    for v in range(len(vertices)):
+        b = vertex_body[v]
+        x, y, z = vertices[v, 0], vertices[v, 1], vertices[v, 2]
+        depth = 1.0
+        if eye[3] > 0:
+            depth += (turned[b, 2, 0] * x + turned[b, 2, 1] * y + turned[b, 2, 2] * z + moved[b, 2]) / distance
+        pixels[v, 0] = (
+            scale * (turned[b, 0, 0] * x + turned[b, 0, 1] * y + turned[b, 0, 2] * z + moved[b, 0]) / depth + n / 2
+        )
+        pixels[v, 1] = (
+            n / 2 - scale * (turned[b, 1, 0] * x + turned[b, 1, 1] * y + turned[b, 1, 2] * z + moved[b, 1]) / depth
+        )
+        depths[v] = depth
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _front(normals, offsets, face_body, rotation, translation, eye):
+    """Which faces look at the eye, `(F,)` bool."""
+    bodies = len(rotation)
+    local = np.empty((bodies, 3))
+    for b in range(bodies):
+        for c in range(3):
+            local[b, c] = 0
+            for a in range(3):
+                local[b, c] += (eye[a] - eye[3] * translation[b, a]) * rotation[b, a, c]
+    seen = np.empty(len(normals), np.bool_)
+    for f in range(len(normals)):
+        e = local[face_body[f]]
+        seen[f] = normals[f, 0] * e[0] + normals[f, 1] * e[1] + normals[f, 2] * e[2] > eye[3] * offsets[f]
+    return seen
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _wind(edges, seen, pixels, n, winding):
+    """Add each contour edge's cuts with the pixel rows to `winding` `(n, n + 1)`; returns the contour edges."""
+    contour = np.empty(len(edges), np.int32)
+    found = 0
+    for e in range(len(edges)):
+        if seen[edges[e, 2]] == seen[edges[e, 3]]:
+            continue
+        contour[found] = e
+        found += 1
+        u0, v0 = pixels[edges[e, 0], 0], pixels[edges[e, 0], 1]
+        u1, v1 = pixels[edges[e, 1], 0], pixels[edges[e, 1], 1]
+        turn = 1 if seen[edges[e, 2]] == (v1 > v0) else -1
+        low, high = _lines(v0, v1, n)
+        slope = (u1 - u0) / (v1 - v0)
+        for row in range(low, high):
+            x = u0 + (row + 0.5 - v0) * slope
+            winding[row, max(0, min(n, math.ceil(x - 0.5)))] += turn
+    return contour[:found]
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _outermost(edges, seen, pixels, contour, inside, reaches, winners):
+    """For each pair of neighbours that a contour parts, the edge that reaches farthest out and how far, in pixels.
+
+    reaches, winners : `(2, n, n)`, at the pair's first pixel; axis 0 pairs along a row, axis 1 along a column.
+    """
+    n = len(inside)
+    for e in contour:
+        u0, v0 = pixels[edges[e, 0], 0], pixels[edges[e, 0], 1]
+        u1, v1 = pixels[edges[e, 1], 0], pixels[edges[e, 1], 1]
+        front = seen[edges[e, 2]]
+        if abs(v1 - v0) >= abs(u1 - u0):
+            low, high = _lines(v0, v1, n)
+            entering = front == (v1 > v0)
+            slope = (u1 - u0) / (v1 - v0)
+            for row in range(low, high):
+                place = u0 + (row + 0.5 - v0) * slope - 0.5
+                first = math.floor(place)
+                if first < 0 or first >= n - 1 or inside[row, first] == inside[row, first + 1]:
+                    continue
+                if inside[row, first + 1] == entering:
+                    reach = first + 1 - place if entering else place - first
+                    if reach > reaches[0, row, first]:
+                        reaches[0, row, first], winners[0, row, first] = reach, e
+        else:
+            low, high = _lines(u0, u1, n)
+            entering = front != (u1 > u0)
+            slope = (v1 - v0) / (u1 - u0)
+            for column in range(low, high):
+                place = v0 + (column + 0.5 - u0) * slope - 0.5
+                first = math.floor(place)
+                if first < 0 or first >= n - 1 or inside[first, column] == inside[first + 1, column]:
+                    continue
+                if inside[first + 1, column] == entering:
+                    reach = first + 1 - place if entering else place - first
+                    if reach > reaches[1, first, column]:
+                        reaches[1, first, column], winners[1, first, column] = reach, e
+
+
+@njit(cache=True, parallel=True, error_model="numpy", nogil=True)
+def render(surface, rotation, translation, cameras, n, dtype_like):
+    """Silhouettes before clamping `(K, n, n)`, their masks, and what the way back needs.
+
+    surface : `(vertices, vertex_body, normals, offsets, face_body, edges)`, cameras : `(axes, eye, centre, width)`, see
+    `silhouettes`. Returns image, inside, reaches `(K, 2, n, n)` and winners `(K, 2, n, n)` (-1: none), pixels, depths.
+    """
+    vertices, vertex_body, normals, offsets, face_body, edges = surface
+    axes, eyes, centres, widths = cameras
+    views = len(widths)
+    image = np.empty((views, n, n), dtype_like.dtype)
+    inside = np.empty((views, n, n), np.bool_)
+    reaches = np.full((views, 2, n, n), -1.0, dtype_like.dtype)
+    winners = np.full((views, 2, n, n), np.int32(-1))
+    pixels = np.empty((views, len(vertices), 2), dtype_like.dtype)
+    depths = np.empty((views, len(vertices)), dtype_like.dtype)
+    for k in prange(views):
+        camera = (axes[k], eyes[k], centres[k], widths[k])
+        _project(vertices, vertex_body, rotation, translation, camera, n, pixels[k], depths[k])
+        seen = _front(normals, offsets, face_body, rotation, translation, eyes[k])
+        winding = np.zeros((n, n + 1), np.int32)
+        contour = _wind(edges, seen, pixels[k], n, winding)
+        for row in range(n):
+            layers = 0
+            for column in range(n):
+                layers += winding[row, column]
+                inside[k, row, column] = layers > 0
+                image[k, row, column] = 1.0 if layers > 0 else 0.0
+        _outermost(edges, seen, pixels[k], contour, inside[k], reaches[k], winners[k])
+        for axis in range(2):
+            for row in range(n - axis):
+                for column in range(n - 1 + axis):
+                    if winners[k, axis, row, column] < 0:
+                        continue
+                    reach = reaches[k, axis, row, column]
+                    entering = not inside[k, row, column]
+                    if (reach < 0.5) == entering:
+                        image[k, row + axis, column + 1 - axis] += reach - 0.5
+                    else:
+                        image[k, row, column] += reach - 0.5
+    return image, inside, reaches, winners, pixels, depths
+
+
+@njit(cache=True, parallel=True, error_model="numpy", nogil=True)
+def pull(upstream, surface, rotation, translation, cameras, drawn):
+    """The gradient's way back: `(N, 4, 3)` sums of world forces at body-frame points, see `forces.gather`.
+
+    upstream `(K, n, n)`: the loss's gradient in the image. drawn : what `render` returned.
+    """
+    vertices, vertex_body, _, _, _, edges = surface
+    axes, eyes, centres, widths = cameras
+    _, inside, reaches, winners, pixels, depths = drawn
+    views, n = len(widths), upstream.shape[1]
+    wrench = np.zeros((views, len(rotation), 4, 3))
+    for k in prange(views):
+        right, up, forward = axes[k, 0], axes[k, 1], axes[k, 2]
+        scale = n / widths[k]
+        distance = 0.0
+        for a in range(3):
+            distance += (centres[k, a] - eyes[k, a]) ** 2
+        distance = math.sqrt(distance)
+        point, world, force = np.empty(3), np.empty(3), np.empty(3)
+        for axis in range(2):
+            for row in range(n - axis):
+                for column in range(n - 1 + axis):
+                    e = winners[k, axis, row, column]
+                    if e < 0:
+                        continue
+                    reach = reaches[k, axis, row, column]
+                    entering = not inside[k, row, column]
+                    if (reach < 0.5) == entering:
+                        g = upstream[k, row + axis, column + 1 - axis]
+                    else:
+                        g = upstream[k, row, column]
+                    if entering:
+                        g = -g
+                    if g == 0:
+                        continue
+                    a, b = edges[e, 0], edges[e, 1]
+                    across, along = axis, 1 - axis
+                    line = (row if axis == 0 else column) + 0.5
+                    span = pixels[k, b, along] - pixels[k, a, along]
+                    share = (line - pixels[k, a, along]) / span
+                    slope = (pixels[k, b, across] - pixels[k, a, across]) / span
+                    # the 2D parameter runs faster where the edge is near
+                    share = share / depths[k, b] / ((1 - share) / depths[k, a] + share / depths[k, b])
+                    body = vertex_body[a]
+                    for c in range(3):
+                        point[c] = vertices[a, c] + share * (vertices[b, c] - vertices[a, c])
+                    depth, shift_u, shift_v = 1.0, 0.0, 0.0
+                    if eyes[k, 3] > 0:
+                        ahead = 0.0
+                        for c in range(3):
+                            world[c] = translation[body, c] - centres[k, c]
+                            for d in range(3):
+                                world[c] += rotation[body, c, d] * point[d]
+                            ahead += world[c] * forward[c]
+                            shift_u += scale * right[c] * world[c]
+                            shift_v -= scale * up[c] * world[c]
+                        depth += ahead / distance
+                    for c in range(3):
+                        du, dv = scale * right[c] / depth, -scale * up[c] / depth
+                        if eyes[k, 3] > 0:
+                            bend = forward[c] / distance / depth / depth
+                            du, dv = du - shift_u * bend, dv - shift_v * bend
+                        force[c] = g * (du - slope * dv if axis == 0 else dv - slope * du)
+                        wrench[k, body, 0, c] += force[c]
+                    for c in range(3):
+                        for d in range(3):
+                            wrench[k, body, 1 + c, d] += point[c] * force[d]
+    total = wrench[0]
+    for k in range(1, views):
+        total = total + wrench[k]
+    return total

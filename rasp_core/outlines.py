@@ -1,0 +1,84 @@
+"""Bodies and cameras as the shadow renderer wants them: tensors, built once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+import torch
+
+from .cameras import Camera
+from .meshes import Body
+
+
+class Outlines:
+    """The closed surfaces of N bodies, laid out to find contour edges.
+
+    vertices `(V, 3)`, vertex_body `(V,)`; normals `(F, 3)` not normalised, offsets `(F,)` = normal . vertex,
+    face_body `(F,)`; edges `(E, 4)` int64: from vertex, to vertex, face on the left, face on the right.
+    """
+
+    def __init__(self, bodies: Sequence[Body], device: str | torch.device = "cpu", dtype=torch.float32):
+        vertices, faces, edges, vertex_body, face_body = [], [], [], [], []
+        v_at = f_at = 0
+        known: dict[str, np.ndarray] = {}
+        for i, body in enumerate(bodies):
+            if body.digest not in known:
+                known[body.digest] = _edges(body.solid_faces)
+            vertices.append(body.solid_vertices)
+            faces.append(body.solid_faces + v_at)
+            edges.append(known[body.digest] + np.array([v_at, v_at, f_at, f_at]))
+            vertex_body.append(np.full(len(body.solid_vertices), i))
+            face_body.append(np.full(len(body.solid_faces), i))
+            v_at += len(body.solid_vertices)
+            f_at += len(body.solid_faces)
+        points, triangles = np.concatenate(vertices), np.concatenate(faces)
+        corners = points[triangles]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        offsets = (normals * corners[:, 0]).sum(1)
+        self.count = len(bodies)
+        self.vertices = torch.as_tensor(points, device=device, dtype=dtype)
+        self.vertex_body = torch.as_tensor(np.concatenate(vertex_body), device=device)
+        self.normals = torch.as_tensor(normals, device=device, dtype=dtype)
+        self.offsets = torch.as_tensor(offsets, device=device, dtype=dtype)
+        self.face_body = torch.as_tensor(np.concatenate(face_body), device=device)
+        self.edges = torch.as_tensor(np.concatenate(edges), device=device)
+
+    @cached_property
+    def arrays(self) -> tuple[np.ndarray, ...]:
+        """The tensors as arrays for the compiled renderer."""
+        tensors = (self.vertices, self.vertex_body, self.normals, self.offsets, self.face_body, self.edges)
+        return tuple(tensor.numpy() for tensor in tensors)
+
+
+class Views:
+    """K cameras as tensors: axes `(K, 3, 3)` rows right, up, forward; eye `(K, 4)`; centre `(K, 3)`; width `(K,)`."""
+
+    def __init__(self, cameras: Sequence[Camera], device: str | torch.device = "cpu", dtype=torch.float32):
+        def tensor(rows):
+            return torch.as_tensor(np.array(rows, np.float64), device=device, dtype=dtype)
+
+        self.axes = tensor([camera.axes for camera in cameras])
+        self.eye = tensor([camera.eye for camera in cameras])
+        self.centre = tensor([camera.centre for camera in cameras])
+        self.width = tensor([camera.width for camera in cameras])
+        self.perspective = torch.tensor([camera.projection == "perspective" for camera in cameras], device=device)
+        self.any_perspective = any(camera.projection == "perspective" for camera in cameras)
+
+    @cached_property
+    def arrays(self) -> tuple[np.ndarray, ...]:
+        """The tensors as float64 arrays for the compiled renderer."""
+        return tuple(x.double().numpy() for x in (self.axes, self.eye, self.centre, self.width))
+
+
+def _edges(faces: np.ndarray) -> np.ndarray:
+    """`(F, 3)` closed faces -> `(E, 4)`: from, to, the face that runs along it so, and one that runs against it."""
+    number = np.arange(len(faces))
+    half = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    owner = np.tile(number, 3)
+    up = half[:, 0] < half[:, 1]
+    forward, backward = half[up], half[~up][:, ::-1]
+    a = np.lexsort((forward[:, 1], forward[:, 0]))
+    b = np.lexsort((backward[:, 1], backward[:, 0]))
+    return np.column_stack([forward[a], owner[up][a], owner[~up][b]])
