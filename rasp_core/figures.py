@@ -152,5 +152,16 @@ def _execute(path: Path, scale: str, out: Path, store: bool, root: Path) -> str 
     except papermill.exceptions.PapermillExecutionError as error:
         os.replace(part, target)
         return f"failed in cell {error.exec_count}: {error.ename}: {' '.join(str(error.evalue).split())[:200]}"
+    _forget_places(part)
     os.replace(part, target)
     return None
+
+
+def _forget_places(path: Path) -> None:
+    """Take papermill's notes of folders and times out of a notebook: a run elsewhere stores the same."""
+    import nbformat
+
+    notebook = nbformat.read(path, as_version=4)
+    for part in (notebook, *notebook.cells):
+        part.metadata.pop("papermill", None)
+    nbformat.write(notebook, path)

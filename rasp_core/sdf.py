@@ -17,6 +17,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from . import o3d
 from .meshes import Body
 
 CELLS = 48  # along the longest edge of the body's bounding box
@@ -40,8 +41,7 @@ def bake(vertices: np.ndarray, faces: np.ndarray, cells: int = CELLS, padding: f
     Distances and signs are open3d's (`RaycastingScene.compute_signed_distance`); its signs are ray parities,
     which are wrong on touching pieces: give it the united solid.
     """
-    import open3d
-
+    open3d = o3d.load()
     low, high = vertices.min(0), vertices.max(0)
     spacing = float((high - low).max()) / cells
     shape = np.ceil((high - low) / spacing + 2 * padding).astype(int) + 1

@@ -81,6 +81,7 @@ def test_notebooks_are_run_and_their_facts_compared(tmp_path, capsys):
     assert figures.run(store=True, root=tmp_path) == 1
     stored = nbformat.read(tmp_path / "notebooks" / "01_test.ipynb", 4)
     assert all(cell.execution_count for cell in stored.cells if cell.cell_type == "code")
+    assert str(tmp_path) not in (tmp_path / "notebooks" / "01_test.ipynb").read_text()
 
 
 def test_a_notebook_that_fails_says_where(tmp_path, capsys):
