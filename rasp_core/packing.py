@@ -7,7 +7,7 @@ the most that fit with no intersection. Here: from N_init downwards, in one warm
 - what is dropped is chosen: the objects that share the most volume with others, for their own volume (by booleans);
 - lambda is WALL_WEIGHT: with the paper's 0.001 the overlap term, a sum over points of depths in metres, outweighs the
   walls by far and pushes everything out of the box;
-- a last stage has surface contact (`losses.contact`) alone, which sees overlaps thinner than the spacing of the
+- a last stage has surface contact (`contact.contact`) alone, which sees overlaps thinner than the spacing of the
   query points.
 """
 
