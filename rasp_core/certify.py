@@ -67,7 +67,8 @@ def certify(
 ) -> Certificate:
     """Judge bodies placed by `matrices` `(N, 4, 4)` (from file coordinates to the world) in a container.
 
-    Boxes are tested first: only bodies whose boxes intersect, or leave a convex container's hull, meet a boolean.
+    Boxes are tested first: a boolean meets only bodies whose boxes intersect, and against a container that is a box
+    only those whose boxes leave it.
     """
     solids = [placed_solid(body, matrix) for body, matrix in zip(bodies, matrices, strict=True)]
     boxes = np.array([solid.bounding_box() for solid in solids]).reshape(-1, 2, 3)

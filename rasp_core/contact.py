@@ -10,7 +10,7 @@ from torch import Tensor
 from . import forces
 from .containers import Container
 from .losses import runs, to_world
-from .sdf import GridStack
+from .sdf import NEAR, GridStack
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ def neighbours(
         other = second[pair]
         near = (local.abs() < half[other] + reach).all(1).nonzero()[:, 0]
         pair, sample, local, other = pair[near], sample[near], local[near], other[near]
-        near = (stack.nearest(other, local) < reach + 0.87 * stack.spacing[other]).nonzero()[:, 0]
+        near = (stack.nearest(other, local) < reach + NEAR * stack.spacing[other]).nonzero()[:, 0]
 
         close = container.signed_distance(translation)[0] + half.norm(dim=1) > -reach
         own, wall = runs(samples.start, torch.where(close, samples.count, 0))

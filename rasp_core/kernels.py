@@ -1,6 +1,6 @@
 """The hot loops on the CPU, compiled by numba at first use; the plain torch versions are their oracles.
 
-Arrays only, no torch. Every parallel loop gives each body or row to one thread and adds up in a fixed order, so that
+Arrays only, no tensors. Every parallel loop gives each body or row to one thread and adds up in a fixed order, so that
 results do not depend on the number of threads.
 """
 
@@ -11,10 +11,10 @@ import math
 import numpy as np
 from numba import config, njit, prange
 
+from .sdf import NEAR
+
 # OpenMP before TBB: numba warns of TBB libraries that are too old, and torch has OpenMP loaded already
 config.THREADING_LAYER_PRIORITY = ["omp", "tbb", "workqueue"]
-
-NEAR = 0.87  # of a cell: how far a grid's nearest value may be from the truth, half a cell's diagonal
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

@@ -17,7 +17,7 @@ from torch import Tensor
 from . import engine, forces, silhouettes
 from .containers import Container
 from .errors import InputError
-from .sdf import GridStack
+from .sdf import NEAR, GridStack
 
 LAMBDA = 0.001  # weight of the extrusion term, the paper's
 EPSILON = 0.01  # metres; how deep inside the container the extrusion term stops rewarding, the paper's
@@ -223,7 +223,7 @@ def _inside_pairs(stack, half, rotation, translation, lattice, shared: bool):
     spacing = stack.spacing[body, None]
     cell = ((base - stack.origin[body]) / spacing)[column] + iz[:, None] * (rise / spacing)[column]
     value = stack.at_cells(owner, cell)
-    kept = value < 0.87 * stack.spacing[owner]
+    kept = value < NEAR * stack.spacing[owner]
     if lattice.inside is not None:
         kept &= lattice.inside[point]
     if shared:

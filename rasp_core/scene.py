@@ -16,7 +16,7 @@ from .containers import Container
 from .errors import InputError
 from .meshes import Body
 from .outlines import Outlines, Views
-from .sdf import GridStack
+from .sdf import CELLS, GridStack
 from .silhouettes import render
 
 SAMPLE_SPACING = 2.0  # between surface samples, in cells of the body's grid
@@ -98,7 +98,7 @@ class _Key:
 @lru_cache(maxsize=1024)
 def _cached_points(key: _Key) -> np.ndarray:
     body = key.body
-    spacing = SAMPLE_SPACING * 2 * body.half_extents.max() / 48
+    spacing = SAMPLE_SPACING * 2 * body.half_extents.max() / CELLS
     mesh = trimesh.Trimesh(body.solid_vertices, body.solid_faces, process=False)
     wanted = int(np.clip(mesh.area / spacing**2, 200, MAX_SAMPLES))
     spread, _ = trimesh.sample.sample_surface(mesh, wanted, seed=0)

@@ -21,6 +21,7 @@ from . import o3d
 from .meshes import Body
 
 CELLS = 48  # along the longest edge of the body's bounding box
+NEAR = 0.87  # of a cell: how far a grid's nearest value may be from the truth, half a cell's diagonal
 PADDING = 2  # cells of outside around the bounding box
 _FORMAT = 1  # change it when what is cached changes
 
@@ -125,7 +126,7 @@ class GridStack:
     def nearest(self, body: Tensor, points: Tensor) -> Tensor:
         """Value at the grid point next to each of `points` `(M, 3)` in the frame of `body` `(M,)`; `(M,)`.
 
-        Points beyond the grid take the value at its border. At most 0.87 of a cell from the truth within.
+        Points beyond the grid take the value at its border. At most `NEAR` of a cell from the truth within.
         """
         return self.at_cells(body, (points - self.origin[body]) / self.spacing[body, None])
 
