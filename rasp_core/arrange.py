@@ -12,7 +12,7 @@ from torch import Tensor
 from tqdm.auto import tqdm
 
 from . import checkpoint as checkpoints
-from . import contact, losses, poses
+from . import contact, engine, losses, poses
 from .cameras import Camera
 from .errors import InputError
 from .meshes import Body
@@ -110,7 +110,8 @@ def arrange(
     first = variables.restore(kept, optimiser, rows) if kept else 0
     generator = torch.Generator()
     interrupted, near = False, None
-    with tqdm(total=settings.iterations, initial=first, disable=not progress, desc="arrange", leave=False) as bar:
+    bar = tqdm(total=settings.iterations, initial=first, disable=not progress, desc="arrange", leave=False)
+    with bar, engine.alone(scene.device):
         try:
             for iteration in range(first, settings.iterations):
                 generator.manual_seed(settings.seed * 1_000_003 + iteration)

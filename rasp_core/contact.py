@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
 import torch
 from torch import Tensor
 
-from . import forces
+from . import engine, forces
 from .containers import Container
 from .losses import runs, to_world
 from .sdf import NEAR, GridStack
+
+CHUNKS = 8  # that the compiled loop adds up one by one, so that the sums do not depend on the number of threads
 
 
 @dataclass(frozen=True)
@@ -26,14 +29,11 @@ class SurfaceSamples:
 
 @dataclass(frozen=True)
 class Neighbours:
-    """Samples that may come to touch: sample `(M,)`, the body it lies on, the body it may meet; and for walls,
-    wall_sample `(W,)` and its body."""
+    """Samples that may come to touch, rows (sample, the body it lies on, the body it may meet) of int32: `touching`
+    `(M, 3)`, and `by_wall` `(W, 3)` with -1 for the wall."""
 
-    sample: Tensor
-    own: Tensor
-    other: Tensor
-    wall_sample: Tensor
-    wall_own: Tensor
+    touching: Tensor
+    by_wall: Tensor
 
 
 def neighbours(
@@ -49,6 +49,19 @@ def neighbours(
 
     Good for as long as nothing moves by more than half of `reach` less twice the margin that `contact` is given.
     """
+    if engine.compiled(rotation.device):
+        found = engine.share(
+            _kernels().neighbours,
+            container.arrays(rotation.dtype),
+            stack.arrays,
+            half.numpy(),
+            rotation.detach().contiguous().numpy(),
+            translation.detach().contiguous().numpy(),
+            samples.points.numpy(),
+            np.append(samples.start.numpy(), len(samples.points)),
+            reach,
+        )
+        return Neighbours(*(torch.from_numpy(np.concatenate(rows)) for rows in zip(*found, strict=True)))
     with torch.no_grad():
         first, second = _touching_boxes(half, rotation, translation, reach).nonzero(as_tuple=True)
         pair, sample = runs(samples.start[first], samples.count[first])
@@ -65,7 +78,9 @@ def neighbours(
         own, wall = runs(samples.start, torch.where(close, samples.count, 0))
         distance, _ = container.signed_distance(to_world(rotation, translation, own, samples.points[wall]))
         by_wall = (distance > -reach).nonzero()[:, 0]
-    return Neighbours(sample[near], first[pair[near]], other[near], wall[by_wall], own[by_wall])
+        touching = torch.stack([sample[near], first[pair[near]], other[near]], 1)
+        walls = torch.stack([wall[by_wall], own[by_wall], torch.full_like(by_wall, -1)], 1)
+    return Neighbours(touching.int(), walls.int())
 
 
 def contact(
@@ -83,25 +98,47 @@ def contact(
     each body, looked up in its neighbours' and the container's signed distances, see them. margin `(N,)` metres,
     the distance that each body keeps: from a wall its own, from another body the sum of both.
     """
+    if engine.compiled(rotation.device):
+        scene = (
+            container.arrays(rotation.dtype),
+            stack.arrays,
+            samples.points.numpy(),
+            samples.area.numpy(),
+            rotation.detach().contiguous().numpy(),
+            translation.detach().contiguous().numpy(),
+            margin.numpy(),
+        )
+        sums = np.zeros((CHUNKS, len(rotation), 13))
+        engine.share(_kernels().contact, *scene, near.touching.numpy(), sums)
+        engine.share(_kernels().contact, *scene, near.by_wall.numpy(), sums)
+        return forces.attach_sums(sums.sum(0), rotation, translation)
     with torch.no_grad():
-        point = samples.points[near.sample]
-        world = to_world(rotation, translation, near.own, point)
-        local = ((world - translation[near.other])[:, None, :] @ rotation[near.other])[:, 0]
-        value, slope = stack.sample(near.other, local)
-        depth = (margin[near.own] + margin[near.other] - value).clamp(min=0)
-        push = samples.area[near.sample] * depth
+        sample, own, other = near.touching.long().unbind(1)
+        point = samples.points[sample]
+        world = to_world(rotation, translation, own, point)
+        local = ((world - translation[other])[:, None, :] @ rotation[other])[:, 0]
+        value, slope = stack.sample(other, local)
+        depth = (margin[own] + margin[other] - value).clamp(min=0)
+        push = samples.area[sample] * depth
         total = (push * depth).sum()
-        force = 2 * push[:, None] * (rotation[near.other] @ slope[:, :, None])[:, :, 0]
-        wrench = forces.gather(len(rotation), near.own, point, -force)
-        wrench += forces.gather(len(rotation), near.other, local, force)
+        force = 2 * push[:, None] * (rotation[other] @ slope[:, :, None])[:, :, 0]
+        wrench = forces.gather(len(rotation), own, point, -force)
+        wrench += forces.gather(len(rotation), other, local, force)
 
-        point = samples.points[near.wall_sample]
-        value, normal = container.signed_distance(to_world(rotation, translation, near.wall_own, point))
-        depth = (value + margin[near.wall_own]).clamp(min=0)
-        push = samples.area[near.wall_sample] * depth
+        sample, own, _ = near.by_wall.long().unbind(1)
+        point = samples.points[sample]
+        value, normal = container.signed_distance(to_world(rotation, translation, own, point))
+        depth = (value + margin[own]).clamp(min=0)
+        push = samples.area[sample] * depth
         total += (push * depth).sum()
-        wrench += forces.gather(len(rotation), near.wall_own, point, 2 * push[:, None] * normal)
+        wrench += forces.gather(len(rotation), own, point, 2 * push[:, None] * normal)
     return forces.attach(total, rotation, translation, *forces.gradients(wrench))
+
+
+def _kernels():
+    from . import kernels_surface
+
+    return kernels_surface
 
 
 def _touching_boxes(half: Tensor, rotation: Tensor, translation: Tensor, margin: float) -> Tensor:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -40,11 +39,6 @@ class Container:
         """`(2, 3)`, lowest and highest corner."""
         return np.stack([self.body.solid_vertices.min(0), self.body.solid_vertices.max(0)]) + self.body.centre
 
-    @cached_property
-    def is_convex(self) -> bool:
-        """True where the container fills its convex hull to one part in a million."""
-        return self.size is not None or self.body.manifold.hull().volume() <= self.volume * (1 + 1e-6)
-
     def views(self) -> list[Camera]:
         """The paper's views: the three faces of a box, five spread directions for a mesh."""
         centre = self.bounds.mean(0)
@@ -58,13 +52,9 @@ class Container:
         Exact for a box; for a mesh from its grid, as accurate as `sdf.GridStack.sample`.
         """
         if self.size is None:
-            key = (points.device, points.dtype)
-            if key not in self._stacks:
-                grid = sdf.bake_cached(self.body, cells=96, padding=16)
-                self._stacks[key] = sdf.GridStack([grid], points.device, points.dtype)
             centre = torch.as_tensor(self.body.centre, dtype=points.dtype, device=points.device)
             first = torch.zeros(len(points), dtype=torch.int64, device=points.device)
-            return self._stacks[key].sample(first, points - centre)
+            return self._stack(points.device, points.dtype).sample(first, points - centre)
         half = torch.as_tensor(self.size / 2, dtype=points.dtype, device=points.device)
         beyond = points.abs() - half
         outside = beyond.clamp(min=0)
@@ -73,6 +63,18 @@ class Container:
         inner = torch.nn.functional.one_hot(axis, 3).to(points.dtype)
         gradient = torch.where((deepest > 0)[:, None], outside / distance.clamp(min=1e-30)[:, None], inner)
         return torch.where(deepest > 0, distance, deepest), gradient * torch.where(points < 0, -1.0, 1.0)
+
+    def arrays(self, dtype: torch.dtype) -> tuple:
+        """half, centre and grid for the compiled loops, see `kernels_surface`."""
+        if self.size is None:
+            return np.zeros(0), self.body.centre, self._stack(torch.device("cpu"), dtype).arrays
+        return self.size / 2, np.zeros(3), sdf.GridStack([], dtype=dtype).arrays
+
+    def _stack(self, device: torch.device, dtype: torch.dtype) -> sdf.GridStack:
+        if (device, dtype) not in self._stacks:
+            grid = sdf.bake_cached(self.body, cells=96, padding=16)
+            self._stacks[device, dtype] = sdf.GridStack([grid], device, dtype)
+        return self._stacks[device, dtype]
 
     def random_points(self, count: int, generator: torch.Generator) -> Tensor:
         """`(count, 3)` float32 points uniform inside, on the CPU."""

@@ -5,9 +5,11 @@ The torch versions are the oracles of the compiled ones; `use("torch")` has them
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from contextvars import ContextVar
+from functools import cache
 
 import torch
 
@@ -15,6 +17,7 @@ from .errors import InputError
 
 ENGINES = ("auto", "torch")
 _chosen: ContextVar[str] = ContextVar("engine", default="auto")
+_workers: ContextVar[int] = ContextVar("workers", default=0)
 
 
 def compiled(device: torch.device) -> bool:
@@ -32,3 +35,43 @@ def use(name: str) -> Iterator[None]:
         yield
     finally:
         _chosen.reset(token)
+
+
+def workers() -> int:
+    """On how many threads `share` computes: as many as torch, or as torch had outside of `alone`."""
+    return _workers.get() or torch.get_num_threads()
+
+
+@contextmanager
+def alone(device: torch.device) -> Iterator[None]:
+    """Within the block torch itself computes on one thread, where the loops on `device` are the compiled ones.
+
+    Torch's threads spin for some milliseconds after each operation that they share, on the cores that `share` wants.
+    """
+    before = torch.get_num_threads()
+    if not compiled(device) or before == 1:
+        yield
+        return
+    token = _workers.set(before)
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)
+        _workers.reset(token)
+
+
+def share(kernel: Callable, *arguments) -> list:
+    """`kernel(worker, workers, *arguments)` on each of `workers()` threads; their results in order.
+
+    The compiled loops release the interpreter's lock. Plain threads and not numba's parallel loops: those take twice
+    as long to compile.
+    """
+    count = workers()
+    others = [_pool(count).submit(kernel, worker, count, *arguments) for worker in range(1, count)]
+    return [kernel(0, count, *arguments), *(other.result() for other in others)]
+
+
+@cache
+def _pool(count: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(count - 1, thread_name_prefix="rasp")

@@ -7,6 +7,7 @@ compute their value and these sums in one pass, without autograd's buffers; `att
 
 from __future__ import annotations
 
+import numpy as np
 import torch
 from torch import Tensor
 
@@ -30,6 +31,13 @@ def attach(value: Tensor, rotation: Tensor, translation: Tensor, d_rotation: Ten
     the rotation is right along rotations (through `poses`), not off them.
     """
     return _Attached.apply(rotation, translation, value, d_rotation, d_translation)
+
+
+def attach_sums(sums: np.ndarray, rotation: Tensor, translation: Tensor) -> Tensor:
+    """`attach` of what the compiled loops add up: `(N, 13)`, each body's share of the value, then its wrench as
+    `gather` has it, forces in the world."""
+    found = torch.from_numpy(sums).to(rotation.dtype)
+    return attach(found[:, 0].sum(), rotation, translation, *gradients(found[:, 1:].view(-1, 4, 3)))
 
 
 def gather(count: int, body: Tensor, point: Tensor, force: Tensor) -> Tensor:

@@ -1,7 +1,8 @@
 """The hot loops on the CPU, compiled by numba at first use; the plain torch versions are their oracles.
 
-Arrays only, no tensors. Every parallel loop gives each body or row to one thread and adds up in a fixed order, so that
-results do not depend on the number of threads.
+Arrays only, no tensors; results go into arrays that the caller brings. A function that takes `worker` and `workers`
+does its share of the work, see `engine.share`; each body or row is one worker's, so that results do not depend on how
+many there are.
 """
 
 from __future__ import annotations
@@ -9,22 +10,21 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import config, njit, prange
+from numba import njit
 
 from .sdf import NEAR
 
-# OpenMP before TBB: numba warns of TBB libraries that are too old, and torch has OpenMP loaded already
-config.THREADING_LAYER_PRIORITY = ["omp", "tbb", "workqueue"]
-
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _scan(body, need, counting, counts, values, grids, half, rotation, translation, lattice, shape, inside, sums):
+def _scan(body, need, counts, grids, half, rotation, translation, lattice, shape, inside, sums):
     """Visit the lattice points in one body's box: count those inside, or add up depth, slopes and moments.
 
-    grids : `(start, shape, origin, spacing)`, see `sdf.GridStack`. lattice : `(x, y, z, spacing)`. inside : flat bool
-    or of length 0. counts : flat, how many bodies a point is in. sums `(13,)`: depth, slope, point (outer) slope.
+    need : 0 to count, else only points that are in this many bodies. counts : flat, how many bodies a point is in.
+    grids : `(values, start, shape, origin, spacing)`, see `sdf.GridStack`. lattice : `(x, y, z, spacing)`.
+    inside : flat bool or of length 0. sums `(13,)`: depth, slope, point (outer) slope.
     """
-    starts, shapes, origins, spacings = grids
+    values, starts, shapes, origins, spacings = grids
+    counting = need == 0
     _, ny, nz = shape
     h = lattice[3]
     r, t = rotation[body], translation[body]
@@ -94,30 +94,19 @@ def _scan(body, need, counting, counts, values, grids, half, rotation, translati
                 sums[12] += qz * sz
 
 
-@njit(cache=True, parallel=True, nogil=True)
-def overlap(need, chunks, values, grids, half, rotation, translation, lattice, shape, inside):
-    """Eq. 3-4 over points in at least `need` bodies: `(N, 13)`, for each body its depth and wrench in its own frame."""
-    bodies = len(rotation)
-    counts = np.zeros((chunks, shape[0] * shape[1] * shape[2]), np.int16)
-    sums = np.zeros((bodies, 13))
-    if need > 1:
-        for chunk in prange(chunks):
-            for body in range(chunk, bodies, chunks):
-                _scan(
-                    body, need, True, counts[chunk], values, grids, half, rotation, translation, lattice, shape, inside,
-                    sums[body],
-                )  # fmt: skip
-        for chunk in range(1, chunks):
-            counts[0] += counts[chunk]
-    else:
-        counts[0] += 1
-    for chunk in prange(chunks):
-        for body in range(chunk, bodies, chunks):
-            _scan(
-                body, need, False, counts[0], values, grids, half, rotation, translation, lattice, shape, inside,
-                sums[body],
-            )  # fmt: skip
-    return sums
+@njit(cache=True, nogil=True)
+def count(worker, workers, grids, half, rotation, translation, lattice, shape, inside, counts):
+    """How many of this worker's bodies each lattice point is in, added to its row of `counts` `(workers, points)`."""
+    nothing = np.zeros(13)
+    for body in range(worker, len(rotation), workers):
+        _scan(body, 0, counts[worker], grids, half, rotation, translation, lattice, shape, inside, nothing)
+
+
+@njit(cache=True, nogil=True)
+def overlap(worker, workers, need, counts, grids, half, rotation, translation, lattice, shape, inside, sums):
+    """Eq. 3-4 over points in at least `need` bodies: `sums` `(N, 13)`, each body's depth and wrench in its frame."""
+    for body in range(worker, len(rotation), workers):
+        _scan(body, need, counts, grids, half, rotation, translation, lattice, shape, inside, sums[body])
 
 
 @njit(cache=True, nogil=True, fastmath=True)
@@ -127,19 +116,24 @@ def _add(target, source, weight):
         target[x] += weight * source[x]
 
 
-@njit(cache=True, parallel=True, nogil=True, fastmath=True)
-def blur(images, kernel):
-    """Images `(K, H, W)` convolved along both axes with an odd, symmetric kernel, 0 beyond the border."""
+@njit(cache=True, nogil=True)
+def blur_rows(worker, workers, images, kernel, out):
+    """Images `(K, H, W)` blurred along their rows with an odd, symmetric kernel, 0 beyond the border; added to out."""
     views, height, width = images.shape
     reach = len(kernel) // 2
-    across, out = np.zeros_like(images), np.zeros_like(images)
-    for job in prange(views * height):
-        source, target = images[job // height, job % height], across[job // height, job % height]
+    for job in range(worker, views * height, workers):
+        k, row = job // height, job % height
         for s in range(-reach, reach + 1):
             low, high = max(0, -s), min(width, width - s)
-            _add(target[low:high], source[low + s : high + s], kernel[s + reach])
-    for job in prange(views * height):
+            _add(out[k, row, low:high], images[k, row, low + s : high + s], kernel[s + reach])
+
+
+@njit(cache=True, nogil=True)
+def blur_columns(worker, workers, images, kernel, out):
+    """`blur_rows` along the columns."""
+    views, height, _ = images.shape
+    reach = len(kernel) // 2
+    for job in range(worker, views * height, workers):
         k, row = job // height, job % height
         for s in range(max(-reach, -row), min(reach + 1, height - row)):
-            _add(out[k, row], across[k, row + s], kernel[s + reach])
-    return out
+            _add(out[k, row], images[k, row + s], kernel[s + reach])

@@ -1,6 +1,6 @@
 """The shadow renderer's hot loops on the CPU, compiled by numba at first use; `silhouettes` has the oracle in torch.
 
-One thread draws one view. Arrays only, no torch.
+One worker draws one view, see `engine.share`. Arrays only, no torch.
 """
 
 from __future__ import annotations
@@ -8,8 +8,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-
-from .kernels import njit, prange
+from numba import njit
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -130,23 +129,19 @@ def _outermost(edges, seen, pixels, contour, inside, reaches, winners):
                         reaches[1, first, column], winners[1, first, column] = reach, e
 
 
-@njit(cache=True, parallel=True, error_model="numpy", nogil=True)
-def render(surface, rotation, translation, cameras, n, dtype_like):
-    """Silhouettes before clamping `(K, n, n)`, their masks, and what the way back needs.
+@njit(cache=True, error_model="numpy", nogil=True)
+def render(worker, workers, surface, rotation, translation, cameras, drawn):
+    """Draw this worker's views.
 
     surface : `(vertices, vertex_body, normals, offsets, face_body, edges)`, cameras : `(axes, eye, centre, width)`, see
-    `silhouettes`. Returns image, inside, reaches `(K, 2, n, n)` and winners `(K, 2, n, n)` (-1: none), pixels, depths.
+    `silhouettes`. drawn, filled here: silhouettes before clamping `(K, n, n)`, their masks, and what the way back
+    needs: reaches `(K, 2, n, n)` and winners `(K, 2, n, n)`, both -1 before, pixels `(K, V, 2)`, depths `(K, V)`.
     """
     vertices, vertex_body, normals, offsets, face_body, edges = surface
     axes, eyes, centres, widths = cameras
-    views = len(widths)
-    image = np.empty((views, n, n), dtype_like.dtype)
-    inside = np.empty((views, n, n), np.bool_)
-    reaches = np.full((views, 2, n, n), -1.0, dtype_like.dtype)
-    winners = np.full((views, 2, n, n), np.int32(-1))
-    pixels = np.empty((views, len(vertices), 2), dtype_like.dtype)
-    depths = np.empty((views, len(vertices)), dtype_like.dtype)
-    for k in prange(views):
+    image, inside, reaches, winners, pixels, depths = drawn
+    n = image.shape[1]
+    for k in range(worker, len(widths), workers):
         camera = (axes[k], eyes[k], centres[k], widths[k])
         _project(vertices, vertex_body, rotation, translation, camera, n, pixels[k], depths[k])
         seen = _front(normals, offsets, face_body, rotation, translation, eyes[k])
@@ -170,21 +165,19 @@ def render(surface, rotation, translation, cameras, n, dtype_like):
                         image[k, row + axis, column + 1 - axis] += reach - 0.5
                     else:
                         image[k, row, column] += reach - 0.5
-    return image, inside, reaches, winners, pixels, depths
 
 
-@njit(cache=True, parallel=True, error_model="numpy", nogil=True)
-def pull(upstream, surface, rotation, translation, cameras, drawn):
-    """The gradient's way back: `(N, 4, 3)` sums of world forces at body-frame points, see `forces.gather`.
+@njit(cache=True, error_model="numpy", nogil=True)
+def pull(worker, workers, upstream, surface, rotation, translation, cameras, drawn, wrench):
+    """The gradient's way back: sums of world forces at body-frame points, see `forces.gather`, for each view.
 
-    upstream `(K, n, n)`: the loss's gradient in the image. drawn : what `render` returned.
+    upstream `(K, n, n)`: the loss's gradient in the image. drawn : what `render` left. wrench `(K, N, 4, 3)`: added to.
     """
     vertices, vertex_body, _, _, _, edges = surface
     axes, eyes, centres, widths = cameras
     _, inside, reaches, winners, pixels, depths = drawn
-    views, n = len(widths), upstream.shape[1]
-    wrench = np.zeros((views, len(rotation), 4, 3))
-    for k in prange(views):
+    n = upstream.shape[1]
+    for k in range(worker, len(widths), workers):
         right, up, forward = axes[k, 0], axes[k, 1], axes[k, 2]
         scale = n / widths[k]
         distance = 0.0
@@ -240,7 +233,3 @@ def pull(upstream, surface, rotation, translation, cameras, drawn):
                     for c in range(3):
                         for d in range(3):
                             wrench[k, body, 1 + c, d] += point[c] * force[d]
-    total = wrench[0]
-    for k in range(1, views):
-        total = total + wrench[k]
-    return total

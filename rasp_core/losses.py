@@ -8,6 +8,7 @@ looked up only at the points in its own bounding box, never objects x points.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,7 +24,6 @@ LAMBDA = 0.001  # weight of the extrusion term, the paper's
 EPSILON = 0.01  # metres; how deep inside the container the extrusion term stops rewarding, the paper's
 QUERY_POINTS = 80_000  # the paper's
 
-CHUNKS = 8  # of the bodies, that the compiled overlap term shares out among threads
 OVERLAP_TERMS = ("shared", "as_printed")
 
 
@@ -109,10 +109,10 @@ def overlap(
     if term not in OVERLAP_TERMS:
         raise InputError(f"overlap term {term!r} is unknown; use one of {', '.join(OVERLAP_TERMS)}")
     if engine.compiled(rotation.device):
-        total, wrench = _compiled_overlap(stack, half, rotation, translation, lattice, 2 if term == "shared" else 1)
-        return forces.attach(
-            total, rotation, translation, *forces.gradients(forces.to_world(wrench, rotation.detach()))
-        )
+        sums = _compiled_overlap(stack, half, rotation, translation, lattice, 2 if term == "shared" else 1)
+        turn = rotation.detach().numpy()
+        sums[:, 1:] = (sums[:, 1:].reshape(-1, 4, 3) @ turn.transpose(0, 2, 1)).reshape(-1, 12)
+        return forces.attach_sums(sums, rotation, translation)
     with torch.no_grad():
         body, point, local = _inside_pairs(stack, half, rotation, translation, lattice, shared=term == "shared")
         value, slope = stack.sample(body, local)
@@ -126,14 +126,11 @@ def overlap(
     return forces.attach(total, rotation, translation, *gradients)
 
 
-def _compiled_overlap(stack, half, rotation, translation, lattice, need: int) -> tuple[Tensor, Tensor]:
-    """`overlap` by compiled loops: its value, and the wrenches in the bodies' frames."""
+def _compiled_overlap(stack, half, rotation, translation, lattice, need: int) -> np.ndarray:
+    """`overlap` by compiled loops, `(N, 13)`: the bodies' shares of its value, and the wrenches in their frames."""
     from . import kernels
 
-    sums = kernels.overlap(
-        need,
-        CHUNKS,
-        stack.values.numpy(),
+    scene = (
         stack.arrays,
         half.numpy(),
         rotation.detach().contiguous().numpy(),
@@ -142,8 +139,15 @@ def _compiled_overlap(stack, half, rotation, translation, lattice, need: int) ->
         lattice.shape,
         np.zeros(0, np.bool_) if lattice.inside is None else lattice.inside.numpy(),
     )
-    found = torch.from_numpy(sums).to(rotation.dtype)
-    return found[:, 0].sum(), found[:, 1:].view(-1, 4, 3)
+    if need > 1:
+        counts = np.zeros((2, math.prod(lattice.shape)), np.int16)
+        engine.share(kernels.count, *scene, counts)
+        counts = counts.sum(0, np.int16)
+    else:
+        counts = np.ones(math.prod(lattice.shape), np.int16)
+    sums = np.zeros((len(rotation), 13))
+    engine.share(kernels.overlap, need, counts, *scene, sums)
+    return sums
 
 
 def extrusion(
@@ -160,6 +164,22 @@ def extrusion(
     vertices `(V, 3)` in body frames, vertex_body `(V,)` sorted, radius `(N,)` of the bodies' bounding spheres. Bodies
     whose spheres lie deeper than epsilon add their constant -epsilon for each vertex without being looked at.
     """
+    if engine.compiled(rotation.device):
+        from . import kernels_surface
+
+        sums = np.zeros((len(rotation), 13))
+        engine.share(
+            kernels_surface.extrusion,
+            container.arrays(rotation.dtype),
+            vertices.numpy(),
+            np.searchsorted(vertex_body.numpy(), np.arange(len(rotation) + 1)),
+            radius.numpy(),
+            rotation.detach().contiguous().numpy(),
+            translation.detach().contiguous().numpy(),
+            epsilon,
+            sums,
+        )
+        return forces.attach_sums(sums, rotation, translation)
     with torch.no_grad():
         near = container.signed_distance(translation)[0] + radius > -epsilon
         chosen = near[vertex_body].nonzero()[:, 0]

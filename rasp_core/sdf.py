@@ -104,15 +104,16 @@ class GridStack:
             flat.append(torch.from_numpy(grid.values).reshape(-1))
             at += grid.values.size
         self.values = torch.cat(flat).to(device, dtype) if flat else torch.zeros(0, device=device, dtype=dtype)
-        self.start = torch.tensor([starts[id(grid)] for grid in grids], device=device)
-        self.shape = torch.tensor([grid.values.shape for grid in grids], device=device).reshape(-1, 3)
+        self.start = torch.tensor([starts[id(grid)] for grid in grids], device=device, dtype=torch.int64)
+        shapes = [grid.values.shape for grid in grids]
+        self.shape = torch.tensor(shapes, device=device, dtype=torch.int64).reshape(-1, 3)
         self.origin = torch.tensor(np.array([g.origin for g in grids]).reshape(-1, 3), device=device, dtype=dtype)
         self.spacing = torch.tensor([grid.spacing for grid in grids], device=device, dtype=dtype)
 
     @cached_property
     def arrays(self) -> tuple[np.ndarray, ...]:
-        """start, shape, origin and spacing as arrays for the compiled loops."""
-        return tuple(x.numpy() for x in (self.start, self.shape, self.origin, self.spacing))
+        """values, start, shape, origin and spacing as arrays for the compiled loops."""
+        return tuple(x.numpy() for x in (self.values, self.start, self.shape, self.origin, self.spacing))
 
     @classmethod
     def of_bodies(cls, bodies: Sequence[Body], device="cpu", dtype=torch.float32, cells: int = CELLS) -> GridStack:

@@ -54,7 +54,11 @@ def soften(images: Tensor, softness_px: float) -> Tensor:
     if engine.compiled(images.device) and not images.requires_grad:
         from . import kernels
 
-        return torch.from_numpy(kernels.blur(images.contiguous().numpy(), kernel.numpy()))
+        images = images.contiguous()
+        across, soft = torch.zeros_like(images), torch.zeros_like(images)
+        engine.share(kernels.blur_rows, images.numpy(), kernel.numpy(), across.numpy())
+        engine.share(kernels.blur_columns, across.numpy(), kernel.numpy(), soft.numpy())
+        return soft
     soft = functional.conv2d(images[:, None], kernel[None, None, None, :], padding=(0, reach))
     return functional.conv2d(soft, kernel[None, None, :, None], padding=(reach, 0))[:, 0]
 
@@ -189,11 +193,21 @@ class _Render(torch.autograd.Function):
 
 
 def _drawn(rotation, translation, outlines, views, n):
-    """What the compiled renderer draws."""
+    """What the compiled renderer draws: image before clamping, mask, and what the way back needs."""
     from . import kernels_silhouettes
 
     place = rotation.detach().contiguous().numpy(), translation.detach().contiguous().numpy()
-    return kernels_silhouettes.render(outlines.arrays, *place, views.arrays, n, outlines.arrays[0])
+    count, dtype = len(views.width), place[0].dtype
+    drawn = (
+        np.empty((count, n, n), dtype),
+        np.empty((count, n, n), np.bool_),
+        np.full((count, 2, n, n), -1, dtype),
+        np.full((count, 2, n, n), -1, np.int32),
+        np.empty((count, len(outlines.vertices), 2), dtype),
+        np.empty((count, len(outlines.vertices)), dtype),
+    )
+    engine.share(kernels_silhouettes.render, outlines.arrays, *place, views.arrays, drawn)
+    return drawn
 
 
 class _Compiled(torch.autograd.Function):
@@ -215,8 +229,9 @@ class _Compiled(torch.autograd.Function):
         image = torch.from_numpy(drawn[0])
         upstream = torch.where((image < 0) | (image > 1), 0, upstream).contiguous().numpy()
         place = rotation.detach().contiguous().numpy(), translation.detach().contiguous().numpy()
-        total = kernels_silhouettes.pull(upstream, outlines.arrays, *place, views.arrays, drawn)
-        return *forces.gradients(torch.from_numpy(total).to(rotation.dtype)), None, None, None
+        wrench = np.zeros((len(upstream), len(rotation), 4, 3))
+        engine.share(kernels_silhouettes.pull, upstream, outlines.arrays, *place, views.arrays, drawn, wrench)
+        return *forces.gradients(torch.from_numpy(wrench.sum(0)).to(rotation.dtype)), None, None, None
 
 
 def _perspective_jacobian(views, n, k, point, rotation, translation, du, dv):

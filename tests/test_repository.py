@@ -19,9 +19,9 @@ ROOT = Path(__file__).resolve().parent.parent
 
 # each module may import those before it
 ORDER = [
-    "errors", "o3d", "engine", "meshes", "poses", "cameras", "sdf", "kernels", "kernels_silhouettes", "containers",
-    "forces", "outlines", "silhouettes", "losses", "contact", "scene", "problem", "checkpoint", "arrange", "certify",
-    "density", "packing", "show", "results", "figures", "widgets", "__main__",
+    "errors", "o3d", "engine", "meshes", "poses", "cameras", "sdf", "kernels", "kernels_surface", "kernels_silhouettes",
+    "containers", "forces", "outlines", "silhouettes", "losses", "contact", "scene", "problem", "checkpoint", "arrange",
+    "certify", "density", "packing", "show", "results", "figures", "widgets", "__main__",
 ]  # fmt: skip
 
 
