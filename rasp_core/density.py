@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy import ndimage
 
 from . import o3d
 from .containers import Container
@@ -52,18 +53,23 @@ def _fill(body: Body, matrix: np.ndarray, origin: np.ndarray, voxel: float) -> t
     low = origin + first * voxel
     grid = open3d.geometry.VoxelGrid.create_from_triangle_mesh_within_bounds(mesh, voxel, low, low + shape * voxel)
 
+    shell = np.array([v.grid_index for v in grid.get_voxels()]).reshape(-1, 3)
+    shell = shell[((shell >= 0) & (shell < shape)).all(1)]
+    free = np.ones(shape, bool)
+    free[tuple(shell.T)] = False
+
     scene = open3d.t.geometry.RaycastingScene()
     scene.add_triangles(open3d.t.geometry.TriangleMesh.from_legacy(mesh))
 
-    def occupied(index: np.ndarray) -> np.ndarray:
-        """1 inside, 0 outside, at places given in voxels."""
+    def occupied(index: np.ndarray, rays: int) -> np.ndarray:
+        """1 inside, 0 outside, at places given in voxels; most of an odd number of rays decide."""
         places = (low + voxel * index).astype(np.float32)
-        return scene.compute_occupancy(open3d.core.Tensor(places), nsamples=3).numpy()
+        return scene.compute_occupancy(open3d.core.Tensor(places), nsamples=rays).numpy()
 
-    index = np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), -1)
-    filled = occupied(index + 0.5)
-    shell = np.array([v.grid_index for v in grid.get_voxels()]).reshape(-1, 3)
-    shell = shell[((shell >= 0) & (shell < shape)).all(1)]
+    # the surface parts the other voxels into regions, each of them wholly inside or wholly outside
+    region, regions = ndimage.label(free)
+    spots = np.array(ndimage.maximum_position(free, region, np.arange(1, regions + 1))).reshape(-1, 3)
+    filled = np.concatenate([[0], occupied(spots + 0.5, 3)])[region].astype(np.float32)
     octants = np.array(list(np.ndindex(2, 2, 2))) / 2 + 0.25
-    filled[tuple(shell.T)] = occupied(shell[:, None] + octants).mean(1)
+    filled[tuple(shell.T)] = occupied(shell[:, None] + octants, 1).mean(1)
     return first, filled
