@@ -1,4 +1,4 @@
-"""The command line: `rasp pack`, `rasp check`, `rasp figures`; also `python -m rasp_core`.
+"""The command line: `rasp pack`, `rasp check`, `rasp sweep`, `rasp figures`; also `python -m rasp_core`.
 
 Exit status: 0 certified, 1 not certified, 2 for input that cannot be used (one line on standard error says what and
 how to mend it). Progress goes to standard error, one line of result to standard output.
@@ -42,23 +42,24 @@ def _parser() -> _Parser:
     commands = parser.add_subparsers(required=True, metavar="COMMAND", parser_class=_Parser)
 
     pack = commands.add_parser("pack", help="pack objects into a container")
-    pack.add_argument("objects", nargs="+", metavar="OBJECTS", help="mesh files or folders of them, in metres")
-    pack.add_argument("--container", required=True, help="box:X,Y,Z in metres, or a closed mesh")
-    pack.add_argument("--count", default="auto", help="auto (search), or exactly how many to arrange")
-    pack.add_argument("--repeat", type=int, metavar="D", help="draw a pool of D objects with replacement")
-    pack.add_argument(
-        "--fit-objects", type=int, metavar="N", help="scale all objects so that N make half the container"
-    )
+    _add_problem(pack)
     pack.add_argument("--method", default="rasp", choices=["rasp"], help="how to search (default: rasp)")
-    pack.add_argument("--iterations", type=int, default=1000, help="length of the optimisation (default: 1000)")
     pack.add_argument("--lambda", dest="lambda_", type=float, default=0.001, help="weight of Eq. 5 (default: 0.001)")
     pack.add_argument("--epsilon", type=float, default=0.01, help="depth of Eq. 5 in metres (default: 0.01)")
-    pack.add_argument("--resolution", type=int, default=256, help="pixels along a silhouette (default: 256)")
     pack.add_argument("--time-limit", type=float, metavar="S", help="seconds for the search")
     pack.add_argument("--seed", type=int, default=0)
-    pack.add_argument("--device", default="auto", help="auto, cpu, cuda, cuda:1, mps (default: auto)")
     pack.add_argument("--out", type=Path, default=Path("out"), help="the run's folder (default: out)")
     pack.set_defaults(run=_pack)
+
+    sweep = commands.add_parser("sweep", help="pack with many seeds and weights at once, on Dask")
+    _add_problem(sweep)
+    sweep.add_argument("--seeds", type=int, default=8, metavar="N", help="the seeds 0 to N - 1 (default: 8)")
+    sweep.add_argument("--lambda", dest="lambda_", type=float, nargs="+", default=[0.001], help="one or more")
+    sweep.add_argument("--epsilon", type=float, nargs="+", default=[0.01], help="one or more, in metres")
+    sweep.add_argument("--workers", type=int, help="local processes (default: one for each core)")
+    sweep.add_argument("--scheduler", metavar="ADDRESS", help="a running Dask cluster instead, tcp://HOST:8786")
+    sweep.add_argument("--out", type=Path, default=Path("out"), help="finished runs are kept here (default: out)")
+    sweep.set_defaults(run=_sweep)
 
     check = commands.add_parser("check", help="certificate and density of a run; exit status 1 where it fails")
     check.add_argument("scene", metavar="DIR|scene.glb", type=Path)
@@ -76,8 +77,22 @@ def _parser() -> _Parser:
     return parser
 
 
+def _add_problem(parser: argparse.ArgumentParser) -> None:
+    """The arguments that one packing and many have in common."""
+    parser.add_argument("objects", nargs="+", metavar="OBJECTS", help="mesh files or folders of them, in metres")
+    parser.add_argument("--container", required=True, help="box:X,Y,Z in metres, or a closed mesh")
+    parser.add_argument("--count", default="auto", help="auto (search), or exactly how many to arrange")
+    parser.add_argument("--repeat", type=int, metavar="D", help="draw a pool of D objects with replacement")
+    parser.add_argument(
+        "--fit-objects", type=int, metavar="N", help="scale all objects so that N make half the container"
+    )
+    parser.add_argument("--iterations", type=int, default=1000, help="length of the optimisation (default: 1000)")
+    parser.add_argument("--resolution", type=int, default=256, help="pixels along a silhouette (default: 256)")
+    parser.add_argument("--device", default="auto", help="auto, cpu, cuda, cuda:1, mps (default: auto)")
+
+
 def _pack(options: argparse.Namespace) -> int:
-    from . import containers, density, meshes, packing, results
+    from . import density, jobs, packing, results
     from .problem import Settings
     from .scene import resolve_device
 
@@ -94,14 +109,9 @@ def _pack(options: argparse.Namespace) -> int:
     )
     folder = results.check_writable(options.out)
     device = resolve_device(options.device)
-    container = containers.parse(options.container)
-    bodies = meshes.load_bodies(options.objects)
-    scale = 1.0
-    if options.repeat is not None:
-        bodies = packing.draw(bodies, options.repeat, options.seed)
-    if options.fit_objects is not None:
-        scale = packing.fit_scale(bodies, container, options.fit_objects)
-        bodies = [body.scaled(scale) for body in bodies]
+    bodies, container, scale = jobs.load(
+        options.objects, options.container, options.repeat, options.fit_objects, options.seed
+    )
     packed = packing.pack(bodies, container, count, settings, device, options.time_limit, progress=True)
     arrangement, certificate = packed.arrangement, packed.certificate
     placed = arrangement.problem.bodies
@@ -120,6 +130,39 @@ def _pack(options: argparse.Namespace) -> int:
     results.save_run(folder, arrangement, certificate, facts, packed.history)
     _say(len(placed), packed.density, certificate, folder)
     return 0 if certificate.holds else 1
+
+
+def _sweep(options: argparse.Namespace) -> int:
+    import csv
+
+    from . import jobs, sweep
+
+    if options.seeds < 1:
+        raise InputError(f"--seeds must be positive, got {options.seeds}")
+    varied = sweep.grid(lambda_=options.lambda_, epsilon=options.epsilon, seed=range(options.seeds))
+    fixed = {
+        "objects": [str(Path(path).resolve()) for path in options.objects],
+        "container": options.container
+        if options.container.startswith("box:")
+        else str(Path(options.container).resolve()),
+        "count": _count(options.count),
+        **{name: getattr(options, name) for name in ("repeat", "fit_objects", "iterations", "resolution", "device")},
+    }
+    found = sweep.sweep(
+        jobs.pack, [fixed | run for run in varied], options.out, options.workers, options.scheduler, progress=True
+    )
+    with (options.out / "sweep.csv").open("w", newline="") as file:
+        writer = csv.DictWriter(file, [*varied[0], *found[0]])
+        writer.writeheader()
+        writer.writerows(run | result for run, result in zip(varied, found, strict=True))
+    best = max(range(len(found)), key=lambda i: (found[i]["certified"], found[i]["density"]))
+    run, result = varied[best], found[best]
+    print(
+        f"{options.out}: {len(found)} runs, {sum(r['certified'] for r in found)} certified; best density "
+        f"{result['density']:.4f} with {result['objects']} objects: --seed {run['seed']} --lambda {run['lambda_']:g} "
+        f"--epsilon {run['epsilon']:g}"
+    )
+    return 0 if result["certified"] else 1
 
 
 def _check(options: argparse.Namespace) -> int:

@@ -21,7 +21,7 @@ ROOT = Path(__file__).resolve().parent.parent
 ORDER = [
     "errors", "o3d", "engine", "meshes", "poses", "cameras", "sdf", "kernels", "kernels_surface", "kernels_silhouettes",
     "containers", "forces", "outlines", "silhouettes", "losses", "contact", "scene", "problem", "checkpoint", "arrange",
-    "certify", "density", "packing", "show", "results", "figures", "widgets", "__main__",
+    "certify", "density", "packing", "jobs", "sweep", "show", "results", "figures", "widgets", "__main__",
 ]  # fmt: skip
 
 
@@ -86,7 +86,7 @@ def test_data_fetch_imports_nothing_of_the_loop():
 
 
 def test_importing_the_core_loads_nothing_heavy():
-    heavy = ["dask", "ipywidgets", "numba", "open3d", "pyvista"]
+    heavy = ["dask", "distributed", "ipywidgets", "numba", "open3d", "pyvista"]
     code = f"import sys, rasp_core.packing; print([m for m in {heavy} if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
