@@ -3,9 +3,12 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+BENCH ?= bench.json
+OLD ?= tests/benchmarks/reference.json
+NEW ?= $(BENCH)
 
 .DEFAULT_GOAL := help
-.PHONY: help setup figures test lint format lab bench lock clean
+.PHONY: help setup figures test lint format lab bench bench-compare lock clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -38,8 +41,13 @@ format: $(READY) ## let ruff rewrite the code
 lab: $(READY) ## JupyterLab on localhost
 	$(BIN)/jupyter lab --ip=localhost notebooks
 
-bench: $(READY) ## time the parts of one iteration at the paper's size
-	$(BIN)/python -m pytest tests/benchmarks --benchmark-enable --benchmark-only --benchmark-columns=median,iqr,rounds
+bench: $(READY) ## time iterations, their parts and whole runs; table, and JSON in BENCH (bench.json)
+	$(BIN)/python -m pytest tests/benchmarks --benchmark-enable --benchmark-only \
+		--benchmark-columns=median,iqr,rounds --benchmark-json=$(BENCH)
+	$(BIN)/python tests/benchmarks/report.py $(BENCH)
+
+bench-compare: $(READY) ## compare two such files, OLD and NEW
+	$(BIN)/pytest-benchmark compare $(OLD) $(NEW) --columns=median --group-by=fullname
 
 lock: ## solve pyproject.toml into requirements.lock (needs uv); torch brings its own CUDA wheels
 	uv pip compile --quiet --universal --python-version 3.10 --extra dev --no-header --no-annotate pyproject.toml \

@@ -1,95 +1,106 @@
-"""Time one iteration and its parts: `make bench`. Never part of the tests.
-
-The paper's size: 106 Kitchen objects (from the embedded set where the real pool is not at hand), 80,000 query points,
-3 views of 256 x 256 pixels, all objects at random poses in IR-BPP's container.
-"""
-
-import os
-from pathlib import Path
+"""Time one iteration, whole and in parts: `make bench`. Never part of the tests."""
 
 import pytest
 import torch
+from conftest import PAPER, case
 
-from data_fetch import kitchen_like
-from rasp_core import arrange, certify, containers, losses, silhouettes
-from rasp_core.meshes import load_bodies
-from rasp_core.problem import Problem, Settings, Start
+from rasp_core import arrange, contact, losses, silhouettes
+from rasp_core.problem import Settings
 
-ROOT = Path(__file__).resolve().parents[2]
+ROUNDS = 20  # iterations in a row
 
 
-@pytest.fixture(scope="module")
-def case():
-    folder = Path(os.environ.get("RASP_DATA_MIRROR") or ROOT.parent / "shared" / "data") / "kitchen"
-    bodies = load_bodies([folder]) if folder.is_dir() else kitchen_like(106)
-    box = containers.box((0.32, 0.32, 0.30))
-    problem = Problem(bodies, box)
-    scene = problem.scene()
-    start = Start.random(bodies, box, 0)
-    return problem, scene, start.rotation, start.translation
+def whole(benchmark, objects=PAPER, views=3, **settings):
+    """The time is that of ROUNDS iterations; `ms_per_iteration` says what one takes."""
+    problem, scene, start = case(objects, views)
+    arguments = (problem, Settings(iterations=ROUNDS, **settings), start)
+    benchmark.pedantic(arrange.arrange, arguments, {"scene": scene}, rounds=5, warmup_rounds=1)
+    benchmark.extra_info["ms_per_iteration"] = round(1000 * benchmark.stats.stats.median / ROUNDS, 2)
+
+
+@pytest.mark.benchmark(group="20 iterations: objects, points")
+@pytest.mark.parametrize("points", [80_000, 512_000])
+@pytest.mark.parametrize("objects", [12, 106, 400, 1600])
+def test_objects(benchmark, objects, points):
+    whole(benchmark, objects, query_points=points)
+
+
+@pytest.mark.benchmark(group="20 iterations: objects, the points' spacing kept")
+@pytest.mark.parametrize("objects", [106, 400, 1600])
+def test_objects_and_points(benchmark, objects):
+    whole(benchmark, objects, query_points=80_000 * objects // PAPER)
+
+
+@pytest.mark.benchmark(group="20 iterations: 106 objects, views, pixels")
+@pytest.mark.parametrize("pixels", [128, 256, 512])
+@pytest.mark.parametrize("views", [3, 5])
+def test_views_and_pixels(benchmark, views, pixels):
+    whole(benchmark, views=views, resolution=pixels)
 
 
 @pytest.fixture
-def poses(case):
-    return [case[2].clone().requires_grad_(), case[3].clone().requires_grad_()]
+def poses():
+    """The paper's case, and its poses as variables."""
+    _, scene, start = case()
+    return scene, start.rotation.clone().requires_grad_(), start.translation.clone().requires_grad_()
 
 
-SETTINGS = Settings(iterations=20)
+@pytest.mark.benchmark(group="parts of one iteration")
+def test_silhouettes_forward(poses, benchmark):
+    scene, *place = poses
+    benchmark(silhouettes.render, scene.outlines, *place, scene.views, 256)
 
 
-@pytest.mark.benchmark(group="iteration")
-def test_whole_iteration(case, benchmark):
-    """Median of 20 in a row, forward, backward and Adam's step."""
-    problem, scene, rotation, translation = case
-    start = Start(rotation, translation)
-    benchmark.extra_info["per"] = "20 iterations"
-    benchmark.pedantic(arrange.arrange, (problem, SETTINGS, start), {"scene": scene}, rounds=5, warmup_rounds=1)
+@pytest.mark.benchmark(group="parts of one iteration")
+def test_silhouettes_backward(poses, benchmark):
+    scene, *place = poses
+    image = silhouettes.render(scene.outlines, *place, scene.views, 256)
+    benchmark(lambda: torch.autograd.grad(image, place, torch.ones_like(image), retain_graph=True))
 
 
-@pytest.mark.benchmark(group="parts")
-def test_silhouettes_forward(case, poses, benchmark):
-    scene = case[1]
-    benchmark(silhouettes.render, scene.outlines, *poses, scene.views, 256)
-
-
-@pytest.mark.benchmark(group="parts")
-def test_silhouettes_backward(case, poses, benchmark):
-    scene = case[1]
-    image = silhouettes.render(scene.outlines, *poses, scene.views, 256)
-    benchmark(lambda: torch.autograd.grad(image, poses, torch.ones_like(image), retain_graph=True))
-
-
-@pytest.mark.benchmark(group="parts")
-def test_blurred_square(case, poses, benchmark):
-    scene = case[1]
-    image = silhouettes.render(scene.outlines, *poses, scene.views, 256).detach().requires_grad_()
+@pytest.mark.benchmark(group="parts of one iteration")
+def test_blurred_square_and_gradient(poses, benchmark):
+    scene, *place = poses
+    image = silhouettes.render(scene.outlines, *place, scene.views, 256).detach().requires_grad_()
     targets = scene.container_silhouettes(256)
     benchmark(lambda: torch.autograd.grad(losses.silhouette(image, targets, 8.0), image))
 
 
-@pytest.mark.benchmark(group="parts")
+@pytest.mark.benchmark(group="parts of one iteration")
 @pytest.mark.parametrize("term", losses.OVERLAP_TERMS)
-def test_overlap(case, poses, benchmark, term):
-    """Value and gradient."""
-    scene = case[1]
+def test_overlap_and_gradient(poses, benchmark, term):
+    scene, *place = poses
     lattice = losses.query_lattice(scene.container)
-    benchmark(losses.overlap, scene.stack, scene.half, *poses, lattice, term)
+    benchmark(losses.overlap, scene.stack, scene.half, *place, lattice, term)
 
 
-@pytest.mark.benchmark(group="parts")
-def test_extrusion(case, poses, benchmark):
-    scene = case[1]
+@pytest.mark.benchmark(group="parts of one iteration")
+def test_extrusion_and_gradient(poses, benchmark):
+    scene, *place = poses
     outlines = scene.outlines
-    benchmark(losses.extrusion, scene.container, outlines.vertices, outlines.vertex_body, scene.radius, *poses)
+    benchmark(losses.extrusion, scene.container, outlines.vertices, outlines.vertex_body, scene.radius, *place)
 
 
-@pytest.mark.benchmark(group="once")
-def test_certificate(case, benchmark):
-    problem, _, rotation, translation = case
-    matrices = arrange.file_to_world(problem.bodies, rotation, translation)
-    benchmark.pedantic(certify.certify, (problem.bodies, matrices, problem.container), rounds=3)
+@pytest.mark.benchmark(group="parts of one iteration")
+def test_contact_and_gradient(poses, benchmark):
+    """The last stage's term, over neighbours that are kept for ten iterations."""
+    scene, *place = poses
+    near = arrange.find_neighbours(scene, *place, Settings())
+    benchmark(
+        contact.contact, scene.stack, scene.samples, near, scene.container, *place, torch.zeros_like(scene.radius)
+    )
 
 
-@pytest.mark.benchmark(group="once")
-def test_scene_from_cached_grids(case, benchmark):
-    benchmark.pedantic(case[0].scene, rounds=3)
+@pytest.mark.benchmark(group="parts of one iteration")
+def test_neighbours(poses, benchmark):
+    scene, *place = poses
+    benchmark(arrange.find_neighbours, scene, *place, Settings())
+
+
+@pytest.mark.benchmark(group="parts of one iteration")
+def test_optimiser_step(poses, benchmark):
+    """Adam on the poses of 106 objects."""
+    _, *place = poses
+    for variable in place:
+        variable.grad = torch.ones_like(variable)
+    benchmark(torch.optim.Adam(place).step)

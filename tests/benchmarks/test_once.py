@@ -1,0 +1,79 @@
+"""Time what happens once in a run: import, baking, certificate, a whole run; and its peak memory."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from conftest import case, pool
+
+from rasp_core import arrange, certify, sdf
+
+RUN = """
+import json, os, resource, sys, time
+began = time.perf_counter()
+sys.path.insert(0, sys.argv[1])
+from conftest import case
+from rasp_core import arrange, certify
+from rasp_core.problem import Settings
+problem, scene, start = case(int(sys.argv[2]))
+found = arrange.arrange(problem, Settings(iterations=int(sys.argv[3])), start, scene=scene)
+certify.certify(problem.bodies, found.matrices, problem.container)
+peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+print(json.dumps({"seconds": time.perf_counter() - began, "gib": peak / 2 ** (20 if sys.platform == "linux" else 30)}))
+"""
+
+
+def run(objects: int, iterations: int, environment: dict[str, str] | None = None) -> dict:
+    """A run in a process of its own: import, reading, set-up, iterations, certificate."""
+    command = [sys.executable, "-c", RUN, str(Path(__file__).parent), str(objects), str(iterations)]
+    done = subprocess.run(
+        command, capture_output=True, text=True, check=True, env={**os.environ, **(environment or {})}
+    )
+    return json.loads(done.stdout)
+
+
+@pytest.mark.benchmark(group="whole runs, each in a new process")
+@pytest.mark.parametrize("cache", ["cold", "warm"])
+def test_a_thousand_iterations(benchmark, tmp_path, cache):
+    """106 objects, the paper's size. Cold: grids are baked and loops compiled."""
+    environment = {"RASP_CACHE": str(tmp_path / "s"), "NUMBA_CACHE_DIR": str(tmp_path / "n")} if cache == "cold" else {}
+    if cache == "warm":
+        run(106, 1)
+    benchmark.extra_info["peak_gib"] = round(
+        benchmark.pedantic(run, (106, 1000, environment), rounds=1, iterations=1)["gib"], 2
+    )
+
+
+@pytest.mark.benchmark(group="whole runs, each in a new process")
+def test_sixteen_hundred_objects(benchmark):
+    """100 iterations."""
+    benchmark.extra_info["peak_gib"] = round(benchmark.pedantic(run, (1600, 100), rounds=1, iterations=1)["gib"], 2)
+
+
+@pytest.mark.benchmark(group="whole runs, each in a new process")
+def test_import(benchmark):
+    """`import rasp_core.packing`, the interpreter's start included."""
+    benchmark.pedantic(subprocess.run, ([sys.executable, "-c", "import rasp_core.packing"],), rounds=5, warmup_rounds=1)
+
+
+@pytest.mark.benchmark(group="set-up and certificate")
+def test_bake_all_grids(benchmark):
+    bodies = pool()
+    benchmark.pedantic(lambda: [sdf.bake(b.solid_vertices, b.solid_faces) for b in bodies], rounds=1, iterations=1)
+
+
+@pytest.mark.benchmark(group="set-up and certificate")
+def test_scene_from_cached_grids(benchmark):
+    benchmark.pedantic(case()[0].scene, rounds=3)
+
+
+@pytest.mark.benchmark(group="set-up and certificate")
+@pytest.mark.parametrize("objects", [106, 400])
+def test_certificate(benchmark, objects):
+    """All objects at random poses: 666 pairs to test among 106."""
+    problem, _, start = case(objects)
+    matrices = arrange.file_to_world(problem.bodies, start.rotation, start.translation)
+    benchmark.pedantic(certify.certify, (problem.bodies, matrices, problem.container), rounds=3)
