@@ -78,7 +78,7 @@ def file_to_world(bodies: Sequence[Body], rotation: Tensor, translation: Tensor)
 def arrange(
     problem: Problem,
     settings: Settings | None = None,
-    start: Start | None = None,
+    start: Start | Sequence[Start] | None = None,
     device: str | torch.device = "cpu",
     dtype: torch.dtype = torch.float32,
     scene: Scene | None = None,
@@ -86,11 +86,14 @@ def arrange(
     progress: bool = False,
     checkpoint: str | Path | None = None,
     checkpoint_every: int = 100,
-) -> Arrangement:
+) -> Arrangement | list[Arrangement]:
     """Minimise Eq. 1 over the poses of the bodies.
 
-    start : poses to start from; random ones by `settings.seed` where None. scene : the problem's tensors, where they
-    are at hand. callback : called after each iteration; a true answer ends the run. progress : a bar on standard error.
+    start : poses to start from; random ones by `settings.seed` where None. A list of S starts is optimised in one set
+    of tensors, each as it would be alone, into a list of S arrangements: for few bodies and small images, where most of
+    an iteration goes into calls, many starts cost little more than one.
+    scene : the problem's tensors, where they are at hand.
+    callback : called after each iteration; a true answer ends the run. progress : a bar on standard error.
     checkpoint : a file that the state is written to every `checkpoint_every` iterations and at the end; where it is
     there already, the run goes on from it, to the same result bit for bit.
 
@@ -100,6 +103,9 @@ def arrange(
     settings = settings or Settings()
     scene = scene or problem.scene(device, dtype)
     start = start or Start.random(problem.bodies, problem.container, settings.seed)
+    several = not isinstance(start, Start)
+    if several:
+        start = Start(torch.stack([s.rotation for s in start]), torch.stack([s.translation for s in start]))
     targets = _targets(problem, scene, settings.resolution)
     lattice = losses.query_lattice(scene.container, settings.query_points, scene.device, scene.dtype)
     variables = _Variables(start, scene, settings)
@@ -122,13 +128,14 @@ def arrange(
                     near = find_neighbours(scene, rotation, translation, settings)
                 values, images = evaluate(scene, rotation, translation, targets, points, settings, iteration, near)
                 optimiser.zero_grad(set_to_none=True)
-                values[0].backward()
+                values[..., 0].sum().backward()
                 variables.set_rate(optimiser, settings.rate(iteration))
                 optimiser.step()
                 rows.append(values.detach())
                 bar.update()
                 if progress and iteration % 20 == 0:
-                    bar.set_postfix({n: f"{v:.3g}" for n, v in zip(LOSS_NAMES, rows[-1].tolist(), strict=True)})
+                    mean = rows[-1].view(-1, len(LOSS_NAMES)).mean(0).tolist()
+                    bar.set_postfix({n: f"{v:.3g}" for n, v in zip(LOSS_NAMES, mean, strict=True)})
                 if checkpoint and (iteration + 1) % checkpoint_every == 0:
                     checkpoints.save(checkpoint, identity, variables.state(iteration + 1, optimiser, rows))
                 step = Step(iteration, rows[-1], rotation.detach(), translation.detach(), images)
@@ -142,28 +149,28 @@ def arrange(
     with torch.no_grad():
         rotation, translation = variables.poses()
         images = render(scene.outlines, rotation, translation, scene.views, settings.resolution)
-    history = torch.stack(rows).cpu().numpy() if rows else np.zeros((0, len(LOSS_NAMES)), np.float32)
-    return Arrangement(
-        problem,
-        settings,
-        rotation.double().cpu(),
-        translation.double().cpu(),
-        images.float().cpu().numpy(),
-        targets.float().cpu().numpy(),
-        scene.cameras,
-        history,
-        interrupted,
-    )
+    history = torch.stack(rows).cpu() if rows else torch.zeros(0, *translation.shape[:-2], len(LOSS_NAMES))
+    targets = targets.float().cpu().numpy()
+
+    def arrangement(rotation, translation, images, history) -> Arrangement:
+        place, pictures = (rotation.double().cpu(), translation.double().cpu()), images.float().cpu().numpy()
+        return Arrangement(problem, settings, *place, pictures, targets, scene.cameras, history.numpy(), interrupted)
+
+    if several:
+        each = zip(rotation, translation, images, history.unbind(1), strict=True)
+        return [arrangement(*one) for one in each]
+    return arrangement(rotation, translation, images, history)
 
 
 def evaluate(scene: Scene, rotation, translation, targets, lattice, settings: Settings, iteration=0, near=None):
     """Eq. 1 at given poses: losses `(5,)` in the order of LOSS_NAMES, and the images or None. Differentiable.
 
+    With poses of S starts, losses `(S, 5)` and images `(S, K, H, W)`.
     near : `find_neighbours` of these poses or of nearby ones, found here where None.
 
     Terms of weight 0 are not computed and count as 0.
     """
-    zero = torch.zeros((), device=scene.device, dtype=scene.dtype)
+    zero = torch.zeros(translation.shape[:-2], device=scene.device, dtype=scene.dtype)
     silhouette = overlap = extrusion = touch = zero
     images = None
     if settings.silhouette_weight:
@@ -193,7 +200,7 @@ def evaluate(scene: Scene, rotation, translation, targets, lattice, settings: Se
         + settings.lambda_ * extrusion
         + settings.contact_weight * touch
     )
-    return torch.stack([total, silhouette, overlap, extrusion, touch]), images
+    return torch.stack([total, silhouette, overlap, extrusion, touch], -1), images
 
 
 def find_neighbours(scene: Scene, rotation: Tensor, translation: Tensor, settings: Settings) -> contact.Neighbours:
@@ -217,15 +224,16 @@ class _Variables:
         count = len(scene.bodies)
         self.rotation = start.rotation.to(scene.device, scene.dtype)
         self.translation = start.translation.to(scene.device, scene.dtype)
-        if self.rotation.shape != (count, 3, 3) or self.translation.shape != (count, 3):
-            raise InputError(f"the start has {len(self.rotation)} poses for {count} objects; give one for each")
+        if self.rotation.shape[-3:] != (count, 3, 3) or self.translation.shape[-2:] != (count, 3):
+            raise InputError(f"the start has {self.rotation.shape[-3]} poses for {count} objects; give one for each")
         self.width = scene.width
-        turn = torch.zeros(count, 3) if settings.rotation == "angles" else torch.tensor([1.0, 0, 0, 0]).repeat(count, 1)
+        still = torch.zeros(3) if settings.rotation == "angles" else torch.tensor([1.0, 0, 0, 0])
+        turn = still.expand(*self.translation.shape[:-1], len(still)).clone()
         self.to_rotation = poses.angles_to_rotation if settings.rotation == "angles" else poses.quaternion_to_rotation
         # a quaternion (1, d) turns by 2 d, so half the rate gives both parametrisations the same first step
         self.turn_rate = 1.0 if settings.rotation == "angles" else 0.5
         self.turn = turn.to(scene.device, scene.dtype).requires_grad_()
-        self.shift = torch.zeros(count, 3, device=scene.device, dtype=scene.dtype, requires_grad=True)
+        self.shift = torch.zeros_like(self.translation, requires_grad=True)
 
     @property
     def parameters(self):
@@ -235,7 +243,7 @@ class _Variables:
         """All that the next iteration depends on."""
         return {
             "iteration": iteration,
-            "rows": torch.stack(rows).cpu() if rows else torch.zeros(0, len(LOSS_NAMES)),
+            "rows": torch.stack(rows).cpu() if rows else torch.zeros(0),
             "turn": self.turn.detach().cpu(),
             "shift": self.shift.detach().cpu(),
             "rotation": self.rotation.cpu(),

@@ -30,7 +30,7 @@ class SurfaceSamples:
 @dataclass(frozen=True)
 class Neighbours:
     """Samples that may come to touch, rows (sample, the body it lies on, the body it may meet) of int32: `touching`
-    `(M, 3)`, and `by_wall` `(W, 3)` with -1 for the wall."""
+    `(M, 3)`, and `by_wall` `(W, 3)` with -1 for the wall. Body i of start s is `s * N + i`."""
 
     touching: Tensor
     by_wall: Tensor
@@ -55,30 +55,33 @@ def neighbours(
             container.arrays(rotation.dtype),
             stack.arrays,
             half.numpy(),
-            rotation.detach().contiguous().numpy(),
-            translation.detach().contiguous().numpy(),
+            *forces.arrays(rotation, translation),
             samples.points.numpy(),
             np.append(samples.start.numpy(), len(samples.points)),
             reach,
         )
         return Neighbours(*(torch.from_numpy(np.concatenate(rows)) for rows in zip(*found, strict=True)))
+    bodies = len(half)
     with torch.no_grad():
-        first, second = _touching_boxes(half, rotation, translation, reach).nonzero(as_tuple=True)
-        pair, sample = runs(samples.start[first], samples.count[first])
+        rotation, translation = rotation.reshape(-1, 3, 3), translation.reshape(-1, 3)
+        again = torch.arange(len(rotation), device=rotation.device) % bodies
+        first, second = _touching_boxes(half[again], rotation, translation, bodies, reach).nonzero(as_tuple=True)
+        pair, sample = runs(samples.start[again[first]], samples.count[again[first]])
         # the sampled body seen from the other's frame
         back = rotation[second].transpose(1, 2)
         turn, shift = back @ rotation[first], (back @ (translation[first] - translation[second])[:, :, None])[:, :, 0]
         local = (turn[pair] @ samples.points[sample][:, :, None])[:, :, 0] + shift[pair]
         other = second[pair]
-        near = (local.abs() < half[other] + reach).all(1).nonzero()[:, 0]
+        near = (local.abs() < half[again[other]] + reach).all(1).nonzero()[:, 0]
         pair, sample, local, other = pair[near], sample[near], local[near], other[near]
-        near = (stack.nearest(other, local) < reach + NEAR * stack.spacing[other]).nonzero()[:, 0]
+        value = stack.nearest(again[other], local)
+        near = (value < reach + NEAR * stack.spacing[again[other]]).nonzero()[:, 0]
+        touching = torch.stack([sample[near], first[pair[near]], other[near]], 1)
 
-        close = container.signed_distance(translation)[0] + half.norm(dim=1) > -reach
-        own, wall = runs(samples.start, torch.where(close, samples.count, 0))
+        close = container.signed_distance(translation)[0] + half.norm(dim=1)[again] > -reach
+        own, wall = runs(samples.start[again], torch.where(close, samples.count[again], 0))
         distance, _ = container.signed_distance(to_world(rotation, translation, own, samples.points[wall]))
         by_wall = (distance > -reach).nonzero()[:, 0]
-        touching = torch.stack([sample[near], first[pair[near]], other[near]], 1)
         walls = torch.stack([wall[by_wall], own[by_wall], torch.full_like(by_wall, -1)], 1)
     return Neighbours(touching.int(), walls.int())
 
@@ -96,7 +99,8 @@ def contact(
 
     The kit's own term. Overlaps thinner than the spacing of the query points are invisible to Eq. 4; the samples of
     each body, looked up in its neighbours' and the container's signed distances, see them. margin `(N,)` metres,
-    the distance that each body keeps: from a wall its own, from another body the sum of both.
+    the distance that each body keeps: from a wall its own, from another body the sum of both. With S starts, a value
+    for each.
     """
     if engine.compiled(rotation.device):
         scene = (
@@ -104,34 +108,34 @@ def contact(
             stack.arrays,
             samples.points.numpy(),
             samples.area.numpy(),
-            rotation.detach().contiguous().numpy(),
-            translation.detach().contiguous().numpy(),
+            *forces.arrays(rotation, translation),
             margin.numpy(),
         )
-        sums = np.zeros((CHUNKS, len(rotation), 13))
+        sums = np.zeros((CHUNKS, translation.shape[:-1].numel(), 13))
         engine.share(_kernels().contact, *scene, near.touching.numpy(), sums)
         engine.share(_kernels().contact, *scene, near.by_wall.numpy(), sums)
         return forces.attach_sums(sums.sum(0), rotation, translation)
+    bodies, starts = len(margin), translation.shape[:-2]
     with torch.no_grad():
+        turn, place = rotation.reshape(-1, 3, 3), translation.reshape(-1, 3)
         sample, own, other = near.touching.long().unbind(1)
         point = samples.points[sample]
-        world = to_world(rotation, translation, own, point)
-        local = ((world - translation[other])[:, None, :] @ rotation[other])[:, 0]
-        value, slope = stack.sample(other, local)
-        depth = (margin[own] + margin[other] - value).clamp(min=0)
+        local = ((to_world(turn, place, own, point) - place[other])[:, None, :] @ turn[other])[:, 0]
+        value, slope = stack.sample(other % bodies, local)
+        depth = (margin[own % bodies] + margin[other % bodies] - value).clamp(min=0)
         push = samples.area[sample] * depth
-        total = (push * depth).sum()
-        force = 2 * push[:, None] * (rotation[other] @ slope[:, :, None])[:, :, 0]
-        wrench = forces.gather(len(rotation), own, point, -force)
-        wrench += forces.gather(len(rotation), other, local, force)
+        total = torch.zeros(len(turn), dtype=push.dtype, device=push.device).index_add_(0, own, push * depth)
+        force = 2 * push[:, None] * (turn[other] @ slope[:, :, None])[:, :, 0]
+        wrench = forces.gather(len(turn), own, point, -force) + forces.gather(len(turn), other, local, force)
 
         sample, own, _ = near.by_wall.long().unbind(1)
         point = samples.points[sample]
-        value, normal = container.signed_distance(to_world(rotation, translation, own, point))
-        depth = (value + margin[own]).clamp(min=0)
+        value, normal = container.signed_distance(to_world(turn, place, own, point))
+        depth = (value + margin[own % bodies]).clamp(min=0)
         push = samples.area[sample] * depth
-        total += (push * depth).sum()
-        wrench += forces.gather(len(rotation), own, point, 2 * push[:, None] * normal)
+        total.index_add_(0, own, push * depth)
+        wrench += forces.gather(len(turn), own, point, 2 * push[:, None] * normal)
+        total, wrench = total.view(*starts, bodies).sum(-1), wrench.view(*starts, bodies, 4, 3)
     return forces.attach(total, rotation, translation, *forces.gradients(wrench))
 
 
@@ -141,9 +145,11 @@ def _kernels():
     return kernels_surface
 
 
-def _touching_boxes(half: Tensor, rotation: Tensor, translation: Tensor, margin: float) -> Tensor:
-    """`(N, N)` bool, which bodies' world boxes, grown by `margin` metres in all, intersect; False on the diagonal."""
+def _touching_boxes(half: Tensor, rotation: Tensor, translation: Tensor, bodies: int, margin: float) -> Tensor:
+    """`(S * N, S * N)` bool, which world boxes, grown by `margin` metres in all, intersect; False on the diagonal and
+    between starts, each of them `bodies` in a row."""
     reach = (rotation.abs() @ half[:, :, None])[:, :, 0] + margin / 2
     apart = (translation[:, None] - translation[None]).abs() > reach[:, None] + reach[None]
-    touching = ~apart.any(-1)
+    start = torch.arange(len(half), device=half.device) // bodies
+    touching = ~apart.any(-1) & (start[:, None] == start[None])
     return touching.fill_diagonal_(False)

@@ -21,23 +21,33 @@ class _Attached(torch.autograd.Function):
     @staticmethod
     def backward(ctx, upstream):
         d_rotation, d_translation = ctx.saved_tensors
-        return upstream * d_rotation, upstream * d_translation, None, None, None
+        upstream = upstream[..., None, None]
+        return upstream[..., None] * d_rotation, upstream * d_translation, None, None, None
 
 
 def attach(value: Tensor, rotation: Tensor, translation: Tensor, d_rotation: Tensor, d_translation: Tensor) -> Tensor:
-    """A scalar with the given value and gradients.
+    """A scalar, or one for each start, with the given value and gradients.
 
-    rotation `(N, 3, 3)`, translation `(N, 3)`; d_rotation and d_translation of the same shapes. The gradient in
-    the rotation is right along rotations (through `poses`), not off them.
+    rotation `(N, 3, 3)`, translation `(N, 3)`; d_rotation and d_translation of the same shapes; value `()`. With S
+    starts `(S, N, 3, 3)`, `(S, N, 3)` and `(S,)`. The gradient in the rotation is right along rotations (through
+    `poses`), not off them.
     """
     return _Attached.apply(rotation, translation, value, d_rotation, d_translation)
 
 
 def attach_sums(sums: np.ndarray, rotation: Tensor, translation: Tensor) -> Tensor:
-    """`attach` of what the compiled loops add up: `(N, 13)`, each body's share of the value, then its wrench as
+    """`attach` of what the compiled loops add up: `(S, N, 13)`, each body's share of the value, then its wrench as
     `gather` has it, forces in the world."""
-    found = torch.from_numpy(sums).to(rotation.dtype)
-    return attach(found[:, 0].sum(), rotation, translation, *gradients(found[:, 1:].view(-1, 4, 3)))
+    found = torch.from_numpy(sums).to(rotation.dtype).view(*translation.shape[:-1], 13)
+    value = found[..., 0].sum(-1)
+    return attach(value, rotation, translation, *gradients(found[..., 1:].unflatten(-1, (4, 3))))
+
+
+def arrays(rotation: Tensor, translation: Tensor) -> tuple[np.ndarray, np.ndarray]:
+    """Poses of one or S starts as the compiled loops want them: `(S, N, 3, 3)` and `(S, N, 3)`."""
+    count = rotation.shape[-3]
+    turn, place = rotation.detach().contiguous().numpy(), translation.detach().contiguous().numpy()
+    return turn.reshape(-1, count, 3, 3), place.reshape(-1, count, 3)
 
 
 def gather(count: int, body: Tensor, point: Tensor, force: Tensor) -> Tensor:
@@ -50,8 +60,8 @@ def gather(count: int, body: Tensor, point: Tensor, force: Tensor) -> Tensor:
 
 
 def gradients(wrench_world: Tensor) -> tuple[Tensor, Tensor]:
-    """`(N, 4, 3)` sums of world forces at body-frame points -> d_rotation `(N, 3, 3)`, d_translation `(N, 3)`."""
-    return wrench_world[:, 1:].transpose(1, 2), wrench_world[:, 0]
+    """`(..., 4, 3)` sums of world forces at body-frame points -> d_rotation `(..., 3, 3)`, d_translation `(..., 3)`."""
+    return wrench_world[..., 1:, :].transpose(-1, -2), wrench_world[..., 0, :]
 
 
 def to_world(wrench_body: Tensor, rotation: Tensor) -> Tensor:

@@ -2,7 +2,7 @@
 
 Arrays only, no tensors; results go into arrays that the caller brings. A function that takes `worker` and `workers`
 does its share of the work, see `engine.share`; each body or row is one worker's, so that results do not depend on how
-many there are.
+many there are. Poses are those of S starts at once, `(S, N, 3, 3)` and `(S, N, 3)`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from .sdf import NEAR
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _scan(body, need, counts, grids, half, rotation, translation, lattice, shape, inside, sums):
+def _scan(body, need, counts, grids, half, place, lattice, shape, inside, sums):
     """Visit the lattice points in one body's box: count those inside, or add up depth, slopes and moments.
 
     need : 0 to count, else only points that are in this many bodies. counts : flat, how many bodies a point is in.
@@ -27,7 +27,7 @@ def _scan(body, need, counts, grids, half, rotation, translation, lattice, shape
     counting = need == 0
     _, ny, nz = shape
     h = lattice[3]
-    r, t = rotation[body], translation[body]
+    r, t = place[0][body], place[1][body]
     at, gy, gz = starts[body], shapes[body, 1], shapes[body, 2]
     cell = spacings[body]
     low, high = np.empty(2, np.int64), np.empty(2, np.int64)
@@ -96,17 +96,23 @@ def _scan(body, need, counts, grids, half, rotation, translation, lattice, shape
 
 @njit(cache=True, nogil=True)
 def count(worker, workers, grids, half, rotation, translation, lattice, shape, inside, counts):
-    """How many of this worker's bodies each lattice point is in, added to its row of `counts` `(workers, points)`."""
+    """How many of this worker's bodies each lattice point is in, added to its part of `counts` `(workers, S, P)`."""
     nothing = np.zeros(13)
-    for body in range(worker, len(rotation), workers):
-        _scan(body, 0, counts[worker], grids, half, rotation, translation, lattice, shape, inside, nothing)
+    bodies = len(half)
+    for job in range(worker, len(rotation) * bodies, workers):
+        start, body = job // bodies, job % bodies
+        place = rotation[start], translation[start]
+        _scan(body, 0, counts[worker, start], grids, half, place, lattice, shape, inside, nothing)
 
 
 @njit(cache=True, nogil=True)
 def overlap(worker, workers, need, counts, grids, half, rotation, translation, lattice, shape, inside, sums):
-    """Eq. 3-4 over points in at least `need` bodies: `sums` `(N, 13)`, each body's depth and wrench in its frame."""
-    for body in range(worker, len(rotation), workers):
-        _scan(body, need, counts, grids, half, rotation, translation, lattice, shape, inside, sums[body])
+    """Eq. 3-4 over points in at least `need` bodies: `sums` `(S, N, 13)`, depths and wrenches in the bodies' frames."""
+    bodies = len(half)
+    for job in range(worker, len(rotation) * bodies, workers):
+        start, body = job // bodies, job % bodies
+        place = rotation[start], translation[start]
+        _scan(body, need, counts[start], grids, half, place, lattice, shape, inside, sums[start, body])
 
 
 @njit(cache=True, nogil=True, fastmath=True)

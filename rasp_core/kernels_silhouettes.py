@@ -1,6 +1,6 @@
 """The shadow renderer's hot loops on the CPU, compiled by numba at first use; `silhouettes` has the oracle in torch.
 
-One worker draws one view, see `engine.share`. Arrays only, no torch.
+One worker draws one view of one start, see `engine.share`. Arrays only, no torch.
 """
 
 from __future__ import annotations
@@ -131,53 +131,56 @@ def _outermost(edges, seen, pixels, contour, inside, reaches, winners):
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def render(worker, workers, surface, rotation, translation, cameras, drawn):
-    """Draw this worker's views.
+    """Draw this worker's views of S starts, rotation `(S, N, 3, 3)` and translation `(S, N, 3)`.
 
     surface : `(vertices, vertex_body, normals, offsets, face_body, edges)`, cameras : `(axes, eye, centre, width)`, see
-    `silhouettes`. drawn, filled here: silhouettes before clamping `(K, n, n)`, their masks, and what the way back
-    needs: reaches `(K, 2, n, n)` and winners `(K, 2, n, n)`, both -1 before, pixels `(K, V, 2)`, depths `(K, V)`.
+    `silhouettes`. drawn, filled here: silhouettes before clamping `(S * K, n, n)`, their masks, and what the way back
+    needs: reaches and winners `(S * K, 2, n, n)`, both -1 before, pixels `(S * K, V, 2)`, depths `(S * K, V)`.
     """
     vertices, vertex_body, normals, offsets, face_body, edges = surface
     axes, eyes, centres, widths = cameras
     image, inside, reaches, winners, pixels, depths = drawn
-    n = image.shape[1]
-    for k in range(worker, len(widths), workers):
+    n, views = image.shape[1], len(widths)
+    for i in range(worker, len(rotation) * views, workers):
+        turn, place, k = rotation[i // views], translation[i // views], i % views
         camera = (axes[k], eyes[k], centres[k], widths[k])
-        _project(vertices, vertex_body, rotation, translation, camera, n, pixels[k], depths[k])
-        seen = _front(normals, offsets, face_body, rotation, translation, eyes[k])
+        _project(vertices, vertex_body, turn, place, camera, n, pixels[i], depths[i])
+        seen = _front(normals, offsets, face_body, turn, place, eyes[k])
         winding = np.zeros((n, n + 1), np.int32)
-        contour = _wind(edges, seen, pixels[k], n, winding)
+        contour = _wind(edges, seen, pixels[i], n, winding)
         for row in range(n):
             layers = 0
             for column in range(n):
                 layers += winding[row, column]
-                inside[k, row, column] = layers > 0
-                image[k, row, column] = 1.0 if layers > 0 else 0.0
-        _outermost(edges, seen, pixels[k], contour, inside[k], reaches[k], winners[k])
+                inside[i, row, column] = layers > 0
+                image[i, row, column] = 1.0 if layers > 0 else 0.0
+        _outermost(edges, seen, pixels[i], contour, inside[i], reaches[i], winners[i])
         for axis in range(2):
             for row in range(n - axis):
                 for column in range(n - 1 + axis):
-                    if winners[k, axis, row, column] < 0:
+                    if winners[i, axis, row, column] < 0:
                         continue
-                    reach = reaches[k, axis, row, column]
-                    entering = not inside[k, row, column]
+                    reach = reaches[i, axis, row, column]
+                    entering = not inside[i, row, column]
                     if (reach < 0.5) == entering:
-                        image[k, row + axis, column + 1 - axis] += reach - 0.5
+                        image[i, row + axis, column + 1 - axis] += reach - 0.5
                     else:
-                        image[k, row, column] += reach - 0.5
+                        image[i, row, column] += reach - 0.5
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def pull(worker, workers, upstream, surface, rotation, translation, cameras, drawn, wrench):
-    """The gradient's way back: sums of world forces at body-frame points, see `forces.gather`, for each view.
+    """The gradient's way back: sums of world forces at body-frame points, see `forces.gather`, for each start and view.
 
-    upstream `(K, n, n)`: the loss's gradient in the image. drawn : what `render` left. wrench `(K, N, 4, 3)`: added to.
+    upstream `(S * K, n, n)`: the loss's gradient in the image. drawn : what `render` left. Adds to wrench
+    `(S * K, N, 4, 3)`.
     """
     vertices, vertex_body, _, _, _, edges = surface
     axes, eyes, centres, widths = cameras
     _, inside, reaches, winners, pixels, depths = drawn
-    n = upstream.shape[1]
-    for k in range(worker, len(widths), workers):
+    n, views = upstream.shape[1], len(widths)
+    for i in range(worker, len(rotation) * views, workers):
+        turn, place, k = rotation[i // views], translation[i // views], i % views
         right, up, forward = axes[k, 0], axes[k, 1], axes[k, 2]
         scale = n / widths[k]
         distance = 0.0
@@ -188,15 +191,15 @@ def pull(worker, workers, upstream, surface, rotation, translation, cameras, dra
         for axis in range(2):
             for row in range(n - axis):
                 for column in range(n - 1 + axis):
-                    e = winners[k, axis, row, column]
+                    e = winners[i, axis, row, column]
                     if e < 0:
                         continue
-                    reach = reaches[k, axis, row, column]
-                    entering = not inside[k, row, column]
+                    reach = reaches[i, axis, row, column]
+                    entering = not inside[i, row, column]
                     if (reach < 0.5) == entering:
-                        g = upstream[k, row + axis, column + 1 - axis]
+                        g = upstream[i, row + axis, column + 1 - axis]
                     else:
-                        g = upstream[k, row, column]
+                        g = upstream[i, row, column]
                     if entering:
                         g = -g
                     if g == 0:
@@ -204,11 +207,11 @@ def pull(worker, workers, upstream, surface, rotation, translation, cameras, dra
                     a, b = edges[e, 0], edges[e, 1]
                     across, along = axis, 1 - axis
                     line = (row if axis == 0 else column) + 0.5
-                    span = pixels[k, b, along] - pixels[k, a, along]
-                    share = (line - pixels[k, a, along]) / span
-                    slope = (pixels[k, b, across] - pixels[k, a, across]) / span
+                    span = pixels[i, b, along] - pixels[i, a, along]
+                    share = (line - pixels[i, a, along]) / span
+                    slope = (pixels[i, b, across] - pixels[i, a, across]) / span
                     # the 2D parameter runs faster where the edge is near
-                    share = share / depths[k, b] / ((1 - share) / depths[k, a] + share / depths[k, b])
+                    share = share / depths[i, b] / ((1 - share) / depths[i, a] + share / depths[i, b])
                     body = vertex_body[a]
                     for c in range(3):
                         point[c] = vertices[a, c] + share * (vertices[b, c] - vertices[a, c])
@@ -216,9 +219,9 @@ def pull(worker, workers, upstream, surface, rotation, translation, cameras, dra
                     if eyes[k, 3] > 0:
                         ahead = 0.0
                         for c in range(3):
-                            world[c] = translation[body, c] - centres[k, c]
+                            world[c] = place[body, c] - centres[k, c]
                             for d in range(3):
-                                world[c] += rotation[body, c, d] * point[d]
+                                world[c] += turn[body, c, d] * point[d]
                             ahead += world[c] * forward[c]
                             shift_u += scale * right[c] * world[c]
                             shift_v -= scale * up[c] * world[c]
@@ -229,7 +232,7 @@ def pull(worker, workers, upstream, surface, rotation, translation, cameras, dra
                             bend = forward[c] / distance / depth / depth
                             du, dv = du - shift_u * bend, dv - shift_v * bend
                         force[c] = g * (du - slope * dv if axis == 0 else dv - slope * du)
-                        wrench[k, body, 0, c] += force[c]
+                        wrench[i, body, 0, c] += force[c]
                     for c in range(3):
                         for d in range(3):
-                            wrench[k, body, 1 + c, d] += point[c] * force[d]
+                            wrench[i, body, 1 + c, d] += point[c] * force[d]

@@ -36,13 +36,13 @@ def _sample(grids, body, x, y, z):
     c0, c1 = c00 + fy * (c10 - c00), c01 + fy * (c11 - c01)
     value = c0 + fz * (c1 - c0)
     bx, by, bz = (px - ix) * cell, (py - iy) * cell, (pz - iz) * cell
-    beyond = math.sqrt(bx * bx + by * by + bz * bz)
-    if beyond > 0:
-        return value + beyond, bx / beyond, by / beyond, bz / beyond
     d0 = (values[p] - values[o]) * (1 - fy) + (values[p + nz] - values[o + nz]) * fy
     d1 = (values[p + 1] - values[o + 1]) * (1 - fy) + (values[p + nz + 1] - values[o + nz + 1]) * fy
-    slope_y = (c10 - c00) * (1 - fz) + (c11 - c01) * fz
-    return value, (d0 + fz * (d1 - d0)) / cell, slope_y / cell, (c1 - c0) / cell
+    sx, sy, sz = (d0 + fz * (d1 - d0)) / cell, ((c10 - c00) * (1 - fz) + (c11 - c01) * fz) / cell, (c1 - c0) / cell
+    beyond = math.sqrt(bx * bx + by * by + bz * bz)
+    if beyond > 0:  # along the axes that were clamped, the distance to the grid grows and the value stays
+        sx, sy, sz = bx / beyond if bx else sx, by / beyond if by else sy, bz / beyond if bz else sz
+    return value + beyond, sx, sy, sz
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -94,22 +94,24 @@ def _add(sums, value, x, y, z, fx, fy, fz):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def extrusion(worker, workers, wall, vertices, start, radius, rotation, translation, epsilon, sums):
-    """Eq. 5: `sums` `(N, 13)`, each body's loss and wrench. The vertices of body i are `start[i]:start[i + 1]`."""
-    for body in range(worker, len(rotation), workers):
-        r, t = rotation[body], translation[body]
+def extrusion(worker, workers, wall, vertices, first, radius, rotation, translation, epsilon, sums):
+    """Eq. 5: `sums` `(S, N, 13)`, each body's loss and wrench. Body i has the vertices `first[i]:first[i + 1]`."""
+    bodies = len(radius)
+    for job in range(worker, len(rotation) * bodies, workers):
+        one, body = job // bodies, job % bodies
+        r, t, total = rotation[one, body], translation[one, body], sums[one, body]
         centre = _to_wall(wall, t[0], t[1], t[2])[0]
         if centre + radius[body] <= -epsilon:
-            sums[body, 0] -= epsilon * (start[body + 1] - start[body])
+            total[0] -= epsilon * (first[body + 1] - first[body])
             continue
-        for v in range(start[body], start[body + 1]):
+        for v in range(first[body], first[body + 1]):
             x, y, z = vertices[v, 0], vertices[v, 1], vertices[v, 2]
             wx, wy, wz = _place(r, t, x, y, z)
             value, nx, ny, nz = _to_wall(wall, wx, wy, wz)
             if value > -epsilon:
-                _add(sums[body], value, x, y, z, nx, ny, nz)
+                _add(total, value, x, y, z, nx, ny, nz)
             else:
-                sums[body, 0] -= epsilon
+                total[0] -= epsilon
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -126,21 +128,23 @@ def _append(found, count, sample, own, other):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def neighbours(worker, workers, wall, grids, half, rotation, translation, points, start, reach):
+def neighbours(worker, workers, wall, grids, half, rotation, translation, points, first, reach):
     """Rows (sample, own, other) of the samples of this worker's bodies near another body, and (sample, own, -1) of
-    those near the wall; see `contact.neighbours`. The samples of body i are `start[i]:start[i + 1]`."""
-    bodies = len(rotation)
-    boxes = np.zeros((bodies, 3))
-    for body in range(bodies):
+    those near the wall; see `contact.neighbours`. Body i has the samples `first[i]:first[i + 1]`; body i of start s
+    is called `s * N + i`."""
+    bodies, placed = len(half), rotation.shape[0] * len(half)
+    rotation, translation = rotation.reshape(placed, 3, 3), translation.reshape(placed, 3)
+    boxes = np.zeros((placed, 3))
+    for body in range(placed):
         for a in range(3):
             for c in range(3):
-                boxes[body, a] += abs(rotation[body, a, c]) * half[body, c]
+                boxes[body, a] += abs(rotation[body, a, c]) * half[body % bodies, c]
     touching, by_wall = np.empty((1024, 3), np.int32), np.empty((1024, 3), np.int32)
     touching_count, wall_count = 0, 0
     low = np.empty(3)
-    for own in range(worker * bodies // workers, (worker + 1) * bodies // workers):
-        r, t = rotation[own], translation[own]
-        for other in range(bodies):
+    for own in range(worker * placed // workers, (worker + 1) * placed // workers):
+        r, t, i = rotation[own], translation[own], own % bodies
+        for other in range(own - i, own - i + bodies):
             apart = own == other
             for a in range(3):
                 if abs(t[a] - translation[other, a]) > boxes[own, a] + boxes[other, a] + reach:
@@ -148,28 +152,27 @@ def neighbours(worker, workers, wall, grids, half, rotation, translation, points
             if apart:
                 continue
             values, starts, shapes, origins, spacings = grids
-            cell, at = spacings[other], starts[other]
-            s = shapes[other]
-            turn = rotation[other]
-            for sample in range(start[own], start[own + 1]):
+            j, turn = other % bodies, rotation[other]
+            cell, at, s = spacings[j], starts[j], shapes[j]
+            for sample in range(first[i], first[i + 1]):
                 wx, wy, wz = _place(r, t, points[sample, 0], points[sample, 1], points[sample, 2])
                 wx, wy, wz = wx - translation[other, 0], wy - translation[other, 1], wz - translation[other, 2]
                 within = True
                 for a in range(3):
                     low[a] = turn[0, a] * wx + turn[1, a] * wy + turn[2, a] * wz
-                    within = within and abs(low[a]) < half[other, a] + reach
+                    within = within and abs(low[a]) < half[j, a] + reach
                 if not within:
                     continue
-                i = min(max(int((low[0] - origins[other, 0]) / cell + 0.5), 0), s[0] - 1)
-                j = min(max(int((low[1] - origins[other, 1]) / cell + 0.5), 0), s[1] - 1)
-                k = min(max(int((low[2] - origins[other, 2]) / cell + 0.5), 0), s[2] - 1)
-                if values[at + (i * s[1] + j) * s[2] + k] < reach + NEAR * cell:
+                x = min(max(int((low[0] - origins[j, 0]) / cell + 0.5), 0), s[0] - 1)
+                y = min(max(int((low[1] - origins[j, 1]) / cell + 0.5), 0), s[1] - 1)
+                z = min(max(int((low[2] - origins[j, 2]) / cell + 0.5), 0), s[2] - 1)
+                if values[at + (x * s[1] + y) * s[2] + z] < reach + NEAR * cell:
                     touching = _append(touching, touching_count, sample, own, other)
                     touching_count += 1
-        size = math.sqrt(half[own, 0] ** 2 + half[own, 1] ** 2 + half[own, 2] ** 2)
+        size = math.sqrt(half[i, 0] ** 2 + half[i, 1] ** 2 + half[i, 2] ** 2)
         if _to_wall(wall, t[0], t[1], t[2])[0] + size <= -reach:
             continue
-        for sample in range(start[own], start[own + 1]):
+        for sample in range(first[i], first[i + 1]):
             wx, wy, wz = _place(r, t, points[sample, 0], points[sample, 1], points[sample, 2])
             if _to_wall(wall, wx, wy, wz)[0] > -reach:
                 by_wall = _append(by_wall, wall_count, sample, own, -1)
@@ -179,11 +182,12 @@ def neighbours(worker, workers, wall, grids, half, rotation, translation, points
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def contact(worker, workers, wall, grids, points, area, rotation, translation, margin, near, sums):
-    """Contact of the rows that `neighbours` found: `sums` `(chunks, N, 13)`, each body's loss and wrench.
+    """Contact of the rows that `neighbours` found: `sums` `(chunks, S * N, 13)`, each body's loss and wrench.
 
     The rows are cut into as many chunks as `sums` has, whoever does them.
     """
-    chunks = len(sums)
+    chunks, bodies, placed = len(sums), len(margin), sums.shape[1]
+    rotation, translation = rotation.reshape(placed, 3, 3), translation.reshape(placed, 3)
     for chunk in range(worker, chunks, workers):
         for row in range(chunk * len(near) // chunks, (chunk + 1) * len(near) // chunks):
             sample, own, other = near[row]
@@ -191,7 +195,7 @@ def contact(worker, workers, wall, grids, points, area, rotation, translation, m
             wx, wy, wz = _place(rotation[own], translation[own], x, y, z)
             if other < 0:
                 value, nx, ny, nz = _to_wall(wall, wx, wy, wz)
-                depth = value + margin[own]
+                depth = value + margin[own % bodies]
                 if depth > 0:
                     push = area[sample] * depth
                     _add(sums[chunk, own], push * depth, x, y, z, 2 * push * nx, 2 * push * ny, 2 * push * nz)
@@ -201,8 +205,8 @@ def contact(worker, workers, wall, grids, points, area, rotation, translation, m
             lx = turn[0, 0] * wx + turn[1, 0] * wy + turn[2, 0] * wz
             ly = turn[0, 1] * wx + turn[1, 1] * wy + turn[2, 1] * wz
             lz = turn[0, 2] * wx + turn[1, 2] * wy + turn[2, 2] * wz
-            value, sx, sy, sz = _sample(grids, other, lx, ly, lz)
-            depth = margin[own] + margin[other] - value
+            value, sx, sy, sz = _sample(grids, other % bodies, lx, ly, lz)
+            depth = margin[own % bodies] + margin[other % bodies] - value
             if depth > 0:
                 push = area[sample] * depth
                 sx, sy, sz = 2 * push * sx, 2 * push * sy, 2 * push * sz

@@ -2,8 +2,9 @@
 
     L_total = L_sil + L_is + lambda * L_ext          (Eq. 1)
 
-All take rotations `(N, 3, 3)` and translations `(N, 3)` and are differentiable in them (along rotations). An object is
-looked up only at the points in its own bounding box, never objects x points.
+All take rotations `(N, 3, 3)` and translations `(N, 3)` and are differentiable in them (along rotations); with those of
+S starts, `(S, N, 3, 3)` and `(S, N, 3)`, they give a value for each start. An object is looked up only at the points in
+its own bounding box, never objects x points.
 """
 
 from __future__ import annotations
@@ -72,7 +73,7 @@ def query_lattice(container: Container, count: int = QUERY_POINTS, device="cpu",
 
 
 def silhouette(images: Tensor, targets: Tensor, softness_px: float = 0.0) -> Tensor:
-    """Eq. 2: `1/(M N K) sum_k sum_pixels (I_k - rendered_k)^2` over images and targets `(K, M, N)`.
+    """Eq. 2: `1/(M N K) sum_k sum_pixels (I_k - rendered_k)^2` over images `(..., K, M, N)`, targets `(K, M, N)`.
 
     softness_px blurs the difference, so that a contour feels a target some pixels away; both sides alike, so that
     a perfect match stays the minimum.
@@ -88,12 +89,13 @@ class _Silhouette(torch.autograd.Function):
         soft = silhouettes.soften(images - targets, softness_px)
         ctx.save_for_backward(soft)
         ctx.softness_px = softness_px
-        return soft.square().mean()
+        return soft.square().mean((-1, -2, -3))
 
     @staticmethod
     def backward(ctx, upstream):
         (soft,) = ctx.saved_tensors
-        return upstream * 2 / soft.numel() * silhouettes.soften(soft, ctx.softness_px), None, None
+        upstream = upstream[..., None, None, None] * 2 / soft.shape[-3:].numel()
+        return upstream * silhouettes.soften(soft, ctx.softness_px), None, None
 
 
 def overlap(
@@ -110,9 +112,14 @@ def overlap(
         raise InputError(f"overlap term {term!r} is unknown; use one of {', '.join(OVERLAP_TERMS)}")
     if engine.compiled(rotation.device):
         sums = _compiled_overlap(stack, half, rotation, translation, lattice, 2 if term == "shared" else 1)
-        turn = rotation.detach().numpy()
-        sums[:, 1:] = (sums[:, 1:].reshape(-1, 4, 3) @ turn.transpose(0, 2, 1)).reshape(-1, 12)
+        turn = forces.arrays(rotation, translation)[0]
+        sums[..., 1:] = (sums[..., 1:].reshape(*turn.shape[:2], 4, 3) @ turn.swapaxes(2, 3)).reshape(
+            *turn.shape[:2], 12
+        )
         return forces.attach_sums(sums, rotation, translation)
+    if rotation.dim() == 4:
+        each = zip(rotation, translation, strict=True)
+        return torch.stack([overlap(stack, half, *place, lattice, term) for place in each])
     with torch.no_grad():
         body, point, local = _inside_pairs(stack, half, rotation, translation, lattice, shared=term == "shared")
         value, slope = stack.sample(body, local)
@@ -127,25 +134,26 @@ def overlap(
 
 
 def _compiled_overlap(stack, half, rotation, translation, lattice, need: int) -> np.ndarray:
-    """`overlap` by compiled loops, `(N, 13)`: the bodies' shares of its value, and the wrenches in their frames."""
+    """`overlap` by compiled loops, `(S, N, 13)`: the bodies' shares of its value, and the wrenches in their frames."""
     from . import kernels
 
+    place, points = forces.arrays(rotation, translation), math.prod(lattice.shape)
+    starts, bodies = place[0].shape[:2]
     scene = (
         stack.arrays,
         half.numpy(),
-        rotation.detach().contiguous().numpy(),
-        translation.detach().contiguous().numpy(),
+        *place,
         np.array([*lattice.origin.tolist(), lattice.spacing]),
         lattice.shape,
         np.zeros(0, np.bool_) if lattice.inside is None else lattice.inside.numpy(),
     )
     if need > 1:
-        counts = np.zeros((2, math.prod(lattice.shape)), np.int16)
+        counts = np.zeros((engine.workers(), starts, points), np.int16)
         engine.share(kernels.count, *scene, counts)
         counts = counts.sum(0, np.int16)
     else:
-        counts = np.ones(math.prod(lattice.shape), np.int16)
-    sums = np.zeros((len(rotation), 13))
+        counts = np.ones((starts, points), np.int16)
+    sums = np.zeros((starts, bodies, 13))
     engine.share(kernels.overlap, need, counts, *scene, sums)
     return sums
 
@@ -167,19 +175,22 @@ def extrusion(
     if engine.compiled(rotation.device):
         from . import kernels_surface
 
-        sums = np.zeros((len(rotation), 13))
+        place = forces.arrays(rotation, translation)
+        sums = np.zeros((*place[1].shape[:2], 13))
         engine.share(
             kernels_surface.extrusion,
             container.arrays(rotation.dtype),
             vertices.numpy(),
-            np.searchsorted(vertex_body.numpy(), np.arange(len(rotation) + 1)),
+            np.searchsorted(vertex_body.numpy(), np.arange(len(radius) + 1)),
             radius.numpy(),
-            rotation.detach().contiguous().numpy(),
-            translation.detach().contiguous().numpy(),
+            *place,
             epsilon,
             sums,
         )
         return forces.attach_sums(sums, rotation, translation)
+    if rotation.dim() == 4:
+        each = zip(rotation, translation, strict=True)
+        return torch.stack([extrusion(container, vertices, vertex_body, radius, *place, epsilon) for place in each])
     with torch.no_grad():
         near = container.signed_distance(translation)[0] + radius > -epsilon
         chosen = near[vertex_body].nonzero()[:, 0]

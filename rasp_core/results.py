@@ -28,7 +28,7 @@ from .containers import Container
 from .errors import InputError, MeshError
 from .meshes import Body, make_body
 
-PACKAGES = ("torch", "numpy", "trimesh", "manifold3d", "open3d")
+PACKAGES = ("torch", "numpy", "numba", "trimesh", "manifold3d", "open3d")
 
 
 def check_writable(folder: str | Path) -> Path:

@@ -27,12 +27,16 @@ from .outlines import Outlines, Views
 def render(outlines: Outlines, rotation: Tensor, translation: Tensor, views: Views, resolution: int) -> Tensor:
     """Silhouettes of all bodies together, `(K, resolution, resolution)`, antialiased over one pixel.
 
-    rotation `(N, 3, 3)`, translation `(N, 3)`, of the outlines' dtype and device. Differentiable in both. A pixel
+    rotation `(N, 3, 3)`, translation `(N, 3)`, of the outlines' dtype and device; differentiable in both. Those of S
+    starts, `(S, N, 3, 3)` and `(S, N, 3)`, give `(S, K, resolution, resolution)`. A pixel
     is at least 0.5 exactly where its centre is covered, but for what is thinner than a pixel: that is shaded by its
     width. Perspective views need every body in front of the eye.
     """
-    drawing = _Compiled if engine.compiled(rotation.device) else _Render
-    return drawing.apply(rotation, translation, outlines, views, resolution)
+    if engine.compiled(rotation.device):
+        return _Compiled.apply(rotation, translation, outlines, views, resolution)
+    if rotation.dim() == 4:
+        return torch.stack([render(outlines, *p, views, resolution) for p in zip(rotation, translation, strict=True)])
+    return _Render.apply(rotation, translation, outlines, views, resolution)
 
 
 def mask(outlines: Outlines, rotation: Tensor, translation: Tensor, views: Views, resolution: int) -> Tensor:
@@ -44,7 +48,7 @@ def mask(outlines: Outlines, rotation: Tensor, translation: Tensor, views: Views
 
 
 def soften(images: Tensor, softness_px: float) -> Tensor:
-    """Images `(K, H, W)` blurred by a Gaussian of `softness_px` pixels (0: as they are), 0 beyond the border."""
+    """Images `(..., H, W)` blurred by a Gaussian of `softness_px` pixels (0: as they are), 0 beyond the border."""
     if softness_px <= 0:
         return images
     reach = min(int(np.ceil(3 * softness_px)), images.shape[-1] - 1)
@@ -54,13 +58,14 @@ def soften(images: Tensor, softness_px: float) -> Tensor:
     if engine.compiled(images.device) and not images.requires_grad:
         from . import kernels
 
-        images = images.contiguous()
-        across, soft = torch.zeros_like(images), torch.zeros_like(images)
-        engine.share(kernels.blur_rows, images.numpy(), kernel.numpy(), across.numpy())
+        sharp = images.reshape(-1, *images.shape[-2:]).contiguous()
+        across, soft = torch.zeros_like(sharp), torch.zeros_like(sharp)
+        engine.share(kernels.blur_rows, sharp.numpy(), kernel.numpy(), across.numpy())
         engine.share(kernels.blur_columns, across.numpy(), kernel.numpy(), soft.numpy())
-        return soft
-    soft = functional.conv2d(images[:, None], kernel[None, None, None, :], padding=(0, reach))
-    return functional.conv2d(soft, kernel[None, None, :, None], padding=(reach, 0))[:, 0]
+        return soft.view(images.shape)
+    soft = images.reshape(-1, 1, *images.shape[-2:])
+    soft = functional.conv2d(soft, kernel[None, None, None, :], padding=(0, reach))
+    return functional.conv2d(soft, kernel[None, None, :, None], padding=(reach, 0)).view(images.shape)
 
 
 def project(outlines: Outlines, rotation: Tensor, translation: Tensor, views: Views, resolution: int):
@@ -196,8 +201,8 @@ def _drawn(rotation, translation, outlines, views, n):
     """What the compiled renderer draws: image before clamping, mask, and what the way back needs."""
     from . import kernels_silhouettes
 
-    place = rotation.detach().contiguous().numpy(), translation.detach().contiguous().numpy()
-    count, dtype = len(views.width), place[0].dtype
+    place = forces.arrays(rotation, translation)
+    count, dtype = len(place[0]) * len(views.width), place[0].dtype
     drawn = (
         np.empty((count, n, n), dtype),
         np.empty((count, n, n), np.bool_),
@@ -218,7 +223,7 @@ class _Compiled(torch.autograd.Function):
         drawn = _drawn(rotation, translation, outlines, views, n)
         ctx.scene = (outlines, views, drawn)
         ctx.save_for_backward(rotation, translation)
-        return torch.from_numpy(drawn[0]).clamp(0, 1)
+        return torch.from_numpy(drawn[0]).clamp(0, 1).view(*rotation.shape[:-3], -1, n, n)
 
     @staticmethod
     def backward(ctx, upstream):
@@ -227,11 +232,13 @@ class _Compiled(torch.autograd.Function):
         outlines, views, drawn = ctx.scene
         rotation, translation = ctx.saved_tensors
         image = torch.from_numpy(drawn[0])
-        upstream = torch.where((image < 0) | (image > 1), 0, upstream).contiguous().numpy()
-        place = rotation.detach().contiguous().numpy(), translation.detach().contiguous().numpy()
-        wrench = np.zeros((len(upstream), len(rotation), 4, 3))
-        engine.share(kernels_silhouettes.pull, upstream, outlines.arrays, *place, views.arrays, drawn, wrench)
-        return *forces.gradients(torch.from_numpy(wrench.sum(0)).to(rotation.dtype)), None, None, None
+        upstream = torch.where((image < 0) | (image > 1), 0, upstream.reshape(image.shape)).contiguous().numpy()
+        place = forces.arrays(rotation, translation)
+        wrench = np.zeros((len(place[0]), len(views.width), rotation.shape[-3], 4, 3))
+        flat = wrench.reshape(-1, *wrench.shape[2:])
+        engine.share(kernels_silhouettes.pull, upstream, outlines.arrays, *place, views.arrays, drawn, flat)
+        total = torch.from_numpy(wrench.sum(1)).to(rotation.dtype).view(*rotation.shape[:-2], 4, 3)
+        return *forces.gradients(total), None, None, None
 
 
 def _perspective_jacobian(views, n, k, point, rotation, translation, du, dv):

@@ -7,7 +7,7 @@ import pytest
 import torch
 
 from data_fetch import kitchen_like
-from rasp_core import containers
+from rasp_core import containers, engine
 from rasp_core.arrange import LOSS_NAMES, arrange, draw_images
 from rasp_core.certify import certify
 from rasp_core.errors import InputError
@@ -117,3 +117,31 @@ def test_starts_and_targets_that_do_not_fit_are_refused(problem):
         arrange(problem, QUICK, Start(torch.eye(3).repeat(2, 1, 1), torch.zeros(2, 3)))
     with pytest.raises(InputError, match="64 x 64"):
         arrange(replace(problem, targets=np.zeros((3, 32, 32))), QUICK)
+
+
+@pytest.mark.parametrize("name", engine.ENGINES)
+def test_many_starts_at_once_are_each_as_alone(name):
+    """All terms, contact included; 5 objects, 3 starts."""
+    problem = Problem(kitchen_like(5), BOX)
+    settings = replace(QUICK, iterations=12, contact_weight=1.0, lambda_=3.0)
+    starts = [Start.random(problem.bodies, problem.container, seed) for seed in range(3)]
+    with engine.use(name):
+        together = arrange(problem, settings, starts)
+        alone = [arrange(problem, settings, start) for start in starts]
+    for one, other in zip(together, alone, strict=True):
+        assert (one.translation - other.translation).abs().max() < 1e-5
+        assert (one.rotation - other.rotation).abs().max() < 1e-4
+        assert one.history.shape == (12, 5)
+        assert np.allclose(one.history, other.history, rtol=1e-3, atol=1e-6)
+        assert np.abs(one.images - other.images).max() < 1e-2
+
+
+def test_many_starts_go_on_from_a_checkpoint(tmp_path):
+    problem, path = Problem(kitchen_like(2), BOX), tmp_path / "state.pt"
+    settings = replace(QUICK, iterations=8)
+    starts = [Start.random(problem.bodies, problem.container, seed) for seed in range(2)]
+    whole = arrange(problem, settings, starts)
+    arrange(problem, settings, starts, checkpoint=path, callback=lambda step: step.iteration == 4)
+    resumed = arrange(problem, settings, starts, checkpoint=path)
+    assert all(torch.equal(a.translation, b.translation) for a, b in zip(whole, resumed, strict=True))
+    assert resumed[1].history.shape == (8, 5)

@@ -4,7 +4,9 @@ import pytest
 import torch
 
 from data_fetch import cad_like, kitchen_like, torus
-from rasp_core import containers, engine, losses, poses, silhouettes
+from rasp_core import contact, containers, engine, losses, poses, silhouettes
+from rasp_core.arrange import find_neighbours
+from rasp_core.problem import Settings
 from rasp_core.scene import Scene
 
 BOX = containers.box((0.3, 0.25, 0.2))
@@ -48,20 +50,39 @@ def test_blur(softness, dtype):
 
 
 def test_results_do_not_depend_on_the_number_of_threads():
-    import numba
-
     scene, turns, place = crowd(torch.float32)
     lattice = losses.query_lattice(BOX, 20_000)
     rotation = poses.angles_to_rotation(turns)
-    before, found = numba.get_num_threads(), []
+    before, found = torch.get_num_threads(), []
+    near = find_neighbours(scene, rotation, place, Settings())
     try:
-        for threads in (1, before):
-            numba.set_num_threads(threads)
+        for threads in (1, 2, 3):
+            torch.set_num_threads(threads)
             centre = place.clone().requires_grad_()
             value = losses.overlap(scene.stack, scene.half, rotation, centre, lattice)
+            touch = contact.contact(scene.stack, scene.samples, near, BOX, rotation, centre, torch.zeros(22))
             image = silhouettes.render(scene.outlines, rotation, centre, scene.views, 128)
-            (value + image.square().sum()).backward()
-            found.append((value.detach(), image.detach(), centre.grad))
+            again = find_neighbours(scene, rotation, place, Settings())
+            (value + touch + image.square().sum()).backward()
+            found.append((value.detach(), touch.detach(), image.detach(), centre.grad, again.touching, again.by_wall))
     finally:
-        numba.set_num_threads(before)
-    assert all(torch.equal(a, b) for a, b in zip(*found, strict=True))
+        torch.set_num_threads(before)
+    for other in found[1:]:
+        assert all(torch.equal(a, b) for a, b in zip(found[0], other, strict=True))
+
+
+def test_several_starts_give_what_each_gives():
+    scene, turns, place = crowd(torch.float64)
+    lattice = losses.query_lattice(BOX, 20_000, dtype=torch.float64)
+    rotation = poses.angles_to_rotation(torch.stack([turns, turns + 1]))
+    centre = torch.stack([place, -place])
+    targets = scene.container_silhouettes(96)
+    found = []
+    for name in engine.ENGINES:
+        with engine.use(name):
+            values = losses.overlap(scene.stack, scene.half, rotation, centre, lattice)
+            images = silhouettes.render(scene.outlines, rotation, centre, scene.views, 96)
+            found.append(torch.stack([values, losses.silhouette(images, targets, 2.0)]))
+    alone = [losses.overlap(scene.stack, scene.half, r, t, lattice) for r, t in zip(rotation, centre, strict=True)]
+    assert torch.equal(found[0][0], torch.stack(alone))
+    assert torch.allclose(*found, rtol=1e-9)

@@ -1,4 +1,4 @@
-"""What the benchmarks share: the pool repeated in a box that keeps the density, and what their JSON says of the machine."""
+"""What the benchmarks share: the pool repeated in a box that keeps the density, and what JSON says of the machine."""
 
 import os
 from functools import cache
