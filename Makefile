@@ -42,7 +42,7 @@ lab: $(READY) ## JupyterLab on localhost
 	$(BIN)/jupyter lab --ip=localhost notebooks
 
 bench: $(READY) ## time iterations, their parts and whole runs; table, and JSON in BENCH (bench.json)
-	$(BIN)/python -m pytest tests/benchmarks --benchmark-enable --benchmark-only \
+	$(BIN)/python -m pytest tests/benchmarks --benchmark-only \
 		--benchmark-columns=median,iqr,rounds --benchmark-json=$(BENCH)
 	$(BIN)/python tests/benchmarks/report.py $(BENCH)
 
