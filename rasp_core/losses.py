@@ -133,29 +133,49 @@ def overlap(
     return forces.attach(total, rotation, translation, *gradients)
 
 
+def occupancy(stack: GridStack, half: Tensor, rotation: Tensor, translation: Tensor, lattice: Lattice) -> Tensor:
+    """How many bodies each lattice point lies in, `(X, Y, Z)`; rotation `(N, 3, 3)`, translation `(N, 3)`."""
+    if engine.compiled(rotation.device):
+        counts = _compiled_counts(_for_kernels(stack, half, rotation, translation, lattice), 1, lattice)
+        return torch.from_numpy(counts[0].reshape(lattice.shape))
+    with torch.no_grad():
+        body, point, local = _inside_pairs(stack, half, rotation, translation, lattice, shared=False)
+        return _tally(point[stack.sample(body, local)[0] < 0], lattice).view(lattice.shape)
+
+
 def _compiled_overlap(stack, half, rotation, translation, lattice, need: int) -> np.ndarray:
     """`overlap` by compiled loops, `(S, N, 13)`: the bodies' shares of its value, and the wrenches in their frames."""
     from . import kernels
 
-    place, points = forces.arrays(rotation, translation), math.prod(lattice.shape)
-    starts, bodies = place[0].shape[:2]
-    scene = (
+    scene, starts = _for_kernels(stack, half, rotation, translation, lattice), rotation.shape[:-3].numel()
+    if need > 1:
+        counts = _compiled_counts(scene, starts, lattice)
+    else:
+        counts = np.ones((starts, math.prod(lattice.shape)), np.int16)
+    sums = np.zeros((starts, len(half), 13))
+    engine.share(kernels.overlap, need, counts, *scene, sums)
+    return sums
+
+
+def _compiled_counts(scene: tuple, starts: int, lattice: Lattice) -> np.ndarray:
+    """How many bodies of each start the flat lattice points are in, `(S, P)`."""
+    from . import kernels
+
+    counts = np.zeros((engine.workers(), starts, math.prod(lattice.shape)), np.int16)
+    engine.share(kernels.count, *scene, counts)
+    return counts.sum(0, np.int16)
+
+
+def _for_kernels(stack, half, rotation, translation, lattice) -> tuple:
+    """What both loops of the overlap term are given."""
+    return (
         stack.arrays,
         half.numpy(),
-        *place,
+        *forces.arrays(rotation, translation),
         np.array([*lattice.origin.tolist(), lattice.spacing]),
         lattice.shape,
         np.zeros(0, np.bool_) if lattice.inside is None else lattice.inside.numpy(),
     )
-    if need > 1:
-        counts = np.zeros((engine.workers(), starts, points), np.int16)
-        engine.share(kernels.count, *scene, counts)
-        counts = counts.sum(0, np.int16)
-    else:
-        counts = np.ones((starts, points), np.int16)
-    sums = np.zeros((starts, bodies, 13))
-    engine.share(kernels.overlap, need, counts, *scene, sums)
-    return sums
 
 
 def extrusion(

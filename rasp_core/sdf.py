@@ -5,6 +5,7 @@ Baking needs open3d; a grid that is in the cache does not.
 
 from __future__ import annotations
 
+import copy
 import hashlib
 import os
 import tempfile
@@ -109,6 +110,15 @@ class GridStack:
         self.shape = torch.tensor(shapes, device=device, dtype=torch.int64).reshape(-1, 3)
         self.origin = torch.tensor(np.array([g.origin for g in grids]).reshape(-1, 3), device=device, dtype=dtype)
         self.spacing = torch.tensor([grid.spacing for grid in grids], device=device, dtype=dtype)
+
+    def take(self, bodies: Sequence[int]) -> GridStack:
+        """The stack of some of the bodies; the values are shared."""
+        taken = copy.copy(self)
+        taken.__dict__.pop("arrays", None)
+        index = torch.as_tensor(list(bodies), dtype=torch.int64, device=self.start.device)
+        for name in ("start", "shape", "origin", "spacing"):
+            setattr(taken, name, getattr(self, name)[index])
+        return taken
 
     @cached_property
     def arrays(self) -> tuple[np.ndarray, ...]:

@@ -21,7 +21,8 @@ ROOT = Path(__file__).resolve().parent.parent
 ORDER = [
     "errors", "o3d", "engine", "meshes", "poses", "cameras", "sdf", "kernels", "kernels_surface", "kernels_silhouettes",
     "containers", "forces", "outlines", "silhouettes", "losses", "contact", "scene", "problem", "checkpoint", "arrange",
-    "certify", "density", "packing", "jobs", "sweep", "show", "results", "figures", "widgets", "__main__",
+    "certify", "density", "packing", "voxels", "spectral", "dense", "jobs", "sweep", "show", "results", "figures",
+    "widgets", "__main__",
 ]  # fmt: skip
 
 

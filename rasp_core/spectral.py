@@ -1,0 +1,97 @@
+"""Spectral placement: objects one after the other, largest first, each where it lies most snugly (Cui et al. 2023).
+
+And the same, ruined and built again: what lies about a random place is taken out, and the container filled anew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import torch
+
+from .containers import Container
+from .meshes import Body
+from .problem import Start
+from .voxels import Room, Turned, choose_voxel, quarter_turns
+
+SHUFFLE = 0.15  # spread of the logarithm by which the volumes' order is shaken when the container is filled anew
+TEMPERATURE = 0.003  # density that a rebuilding may lose now and then
+LARGEST_RUIN = 0.5  # share of the objects taken out at once
+
+
+class Spectral:
+    """A placement under way.
+
+    placed : index in the pool -> turn and shift, in the order of placing.
+    """
+
+    def __init__(self, pool: Sequence[Body], container: Container, seed: int = 0):
+        self.pool, self.container = pool, container
+        self.volumes = np.array([body.volume for body in pool])
+        self.room = Room(container, choose_voxel(pool, container))
+        self.random = np.random.default_rng(seed)
+        self.turns: dict[str, list[Turned]] = {}
+        self.placed: dict[int, tuple[Turned, np.ndarray]] = {}
+
+    @property
+    def density(self) -> float:
+        """Eq. 6, of what is placed."""
+        return float(self.volumes[list(self.placed)].sum() / self.container.volume)
+
+    @property
+    def start(self) -> Start:
+        """The poses of what is placed, in the order of `placed`."""
+        turns = [turned.rotation for turned, _ in self.placed.values()]
+        centres = [self.room.centre(*place) for place in self.placed.values()]
+        return Start(torch.from_numpy(np.array(turns)), torch.from_numpy(np.array(centres)))
+
+    def fill(self, order: Sequence[int] | None = None, stop: Callable[[], bool] = lambda: False) -> None:
+        """Place what fits, in the given order of pool indices; the largest first where None."""
+        order = np.argsort(-self.volumes, kind="stable") if order is None else order
+        self.room.clear()
+        for place in self.placed.values():
+            self.room.place(*place)
+        free = (~self.room.taken).sum() * self.room.voxel**3 * (1 + 1e-6)
+        refused: set[str] = set()
+        for index in map(int, order):
+            body = self.pool[index]
+            if index in self.placed or body.digest in refused or body.volume > free:
+                continue
+            if stop():
+                return
+            place = self.room.snuggest(self._turns(body))
+            if place is None:
+                refused.add(body.digest)
+                continue
+            self.room.place(*place)
+            self.placed[index] = place
+            free -= body.volume
+
+    def rebuild(self, stop: Callable[[], bool] = lambda: False) -> None:
+        """Take out what lies about a random place and fill anew in a shaken order; kept where it loses nothing, or by
+        chance little."""
+        before, density = dict(self.placed), self.density
+        spot = self.random.random(3) * self.room.shape
+        away = {
+            index: np.linalg.norm(shift + np.array(turned.voxels.shape) / 2 - spot)
+            for index, (turned, shift) in before.items()
+        }
+        most = max(3, int(LARGEST_RUIN * len(before)))
+        ruined = sorted(away, key=away.get)[: self.random.integers(2, most)]
+        self.placed = {index: place for index, place in before.items() if index not in ruined}
+        shaken = self.volumes * np.exp(SHUFFLE * self.random.standard_normal(len(self.volumes)))
+        self.fill(np.argsort(-shaken), stop)
+        if self.random.random() > np.exp((self.density - density) / TEMPERATURE) or stop():
+            self.placed = before
+
+    def _turns(self, body: Body) -> list[Turned]:
+        """The body's distinct quarter turns."""
+        if body.digest not in self.turns:
+            found: list[Turned] = []
+            for rotation in quarter_turns():
+                turned = Turned.covering(body, rotation, self.room.voxel)
+                if not any(np.array_equal(turned.voxels, other.voxels) for other in found):
+                    found.append(turned)
+            self.turns[body.digest] = found
+        return self.turns[body.digest]

@@ -1,0 +1,173 @@
+"""Objects and a container as voxels, and where an object goes among others, for all shifts at once by Fourier transforms.
+
+After Cui et al. 2023, Dense, Interlocking-Free and Scalable Spectral Packing of Generic 3D Objects: one correlation
+counts the voxels that an object would share with what is there; a second adds up the distances of its voxels to what is
+there, walls included.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from scipy import fft, ndimage
+
+from . import o3d
+from .containers import Container
+from .meshes import Body
+
+VOXEL_SHARE = 1 / 64  # of the container's longest edge
+ROUNDING = 1e-3  # of a voxel that an object may reach into the next
+WASTE = 1.007  # how much longer than the objects' boxes their boxes in voxels may be, for a coarser voxel to be taken
+FLOOR = 1e-2  # Cui's bias towards the floor: voxels of distance that the ceiling costs
+THREADED = 50_000  # voxels from which a transform is worth several threads
+
+
+def quarter_turns() -> np.ndarray:
+    """The 24 rotations that map axes onto axes, `(24, 3, 3)`, the identity first."""
+    found = []
+    for axes in ((0, 1, 2), (1, 2, 0), (2, 0, 1), (0, 2, 1), (2, 1, 0), (1, 0, 2)):
+        for signs in np.ndindex(2, 2, 2):
+            turn = np.zeros((3, 3))
+            turn[range(3), axes] = 1 - 2 * np.array(signs)
+            if np.linalg.det(turn) > 0:
+                found.append(turn)
+    return np.array(found)
+
+
+def choose_voxel(bodies: Sequence[Body], container: Container) -> float:
+    """The voxel's edge in metres: fine, or the coarsest in which the edges of the objects' boxes are whole numbers.
+
+    Objects made of equal cubes get that cube, others `VOXEL_SHARE` of the container's longest edge.
+    """
+    edges = np.concatenate([2 * body.half_extents for body in bodies])
+    finest = float(np.ptp(container.bounds, axis=0).max()) * VOXEL_SHARE
+    for parts in range(1, int(edges.min() / finest) + 1):
+        voxel = float(edges.min()) / parts
+        if (np.ceil(edges / voxel - ROUNDING) * voxel / edges).mean() < WASTE:
+            return voxel
+    return finest
+
+
+@dataclass(frozen=True)
+class Turned:
+    """A body turned by `rotation` `(3, 3)`, as voxels `(X, Y, Z)` bool; its centre lies at `centre` `(3,)` metres from
+    the corner of the first one."""
+
+    rotation: np.ndarray
+    voxels: np.ndarray
+    centre: np.ndarray
+
+    @classmethod
+    def covering(cls, body: Body, rotation: np.ndarray, voxel: float) -> Turned:
+        """Every voxel that the solid touches, by open3d's voxeliser, and those whose middle it holds."""
+        open3d = o3d.load()
+        vertices = body.solid_vertices @ rotation.T
+        low, size = vertices.min(0), np.ptp(vertices, axis=0)
+        shape = np.maximum(np.ceil(size / voxel - ROUNDING).astype(int), 1)
+        # drawn together a little, so that a face on a voxel's border stays on its own side
+        inner = (vertices - low - size / 2) * (1 - 2 * ROUNDING) + shape * voxel / 2
+        mesh = open3d.geometry.TriangleMesh(
+            open3d.utility.Vector3dVector(inner), open3d.utility.Vector3iVector(body.solid_faces)
+        )
+        grid = open3d.geometry.VoxelGrid.create_from_triangle_mesh_within_bounds(
+            mesh, voxel, np.zeros(3), shape * voxel
+        )
+        index = np.array([v.grid_index for v in grid.get_voxels()]).reshape(-1, 3)
+        scene = open3d.t.geometry.RaycastingScene()
+        scene.add_triangles(open3d.t.geometry.TriangleMesh.from_legacy(mesh))
+        middles = (voxel * (np.stack(np.indices(shape), -1) + 0.5)).astype(np.float32)
+        voxels = scene.compute_occupancy(open3d.core.Tensor(middles), nsamples=3).numpy() > 0
+        voxels[tuple(np.clip(index, 0, shape - 1).T)] = True
+        return cls(rotation, voxels, (shape * voxel - size) / 2 - low)
+
+    @classmethod
+    def filling(cls, half: np.ndarray, inside, rotation: np.ndarray, voxel: float) -> Turned:
+        """The voxels whose middle the solid holds.
+
+        half `(3,)` of its box; inside : places `(M, 3)` in its frame -> bool.
+        """
+        shape = np.maximum(np.ceil(2 * np.abs(rotation) @ half / voxel).astype(int), 1)
+        middles = (np.stack(np.indices(shape), -1).reshape(-1, 3) + 0.5 - shape / 2) * voxel
+        return cls(rotation, inside(middles @ rotation).reshape(shape), shape * voxel / 2)
+
+
+class Room:
+    """A container in voxels and what has been placed in it; voxel (0, 0, 0) begins at `origin`.
+
+    taken `(X, Y, Z)` bool. margin : in voxels, how deep inside a mesh container a voxel's middle must lie to be free.
+    """
+
+    def __init__(self, container: Container, voxel: float, margin: float = 3**0.5 / 2):
+        low, high = container.bounds
+        self.voxel = voxel
+        self.shape = np.maximum(np.floor((high - low) / voxel + ROUNDING).astype(int), 1)
+        self.origin = (low + high) / 2 - self.shape * voxel / 2
+        self.walls = np.zeros(self.shape, bool)
+        if container.size is None:
+            middles = self.origin + voxel * (np.stack(np.indices(self.shape), -1).reshape(-1, 3) + 0.5)
+            depth = container.signed_distance(torch.from_numpy(middles))[0].numpy()
+            self.walls = (depth > -voxel * margin).reshape(self.shape)
+        self.padded = [fft.next_fast_len(int(n), real=True) for n in self.shape]
+        self.threads = -1 if self.shape.prod() > THREADED else 1
+        self.clear()
+
+    def clear(self, taken: np.ndarray | None = None) -> None:
+        """Empty the container, or fill it with `taken`."""
+        self.taken = self.walls.copy() if taken is None else self.walls | taken
+        self._spectra: dict[str, np.ndarray] = {}
+
+    def place(self, turned: Turned, shift: np.ndarray) -> None:
+        """Fill an object's voxels, its first at `shift` `(3,)`."""
+        where = tuple(slice(s, s + n) for s, n in zip(shift, turned.voxels.shape, strict=True))
+        self.taken[where] |= turned.voxels
+        self._spectra = {}
+
+    def centre(self, turned: Turned, shift: np.ndarray) -> np.ndarray:
+        """Where the centre of an object placed at `shift` lies, `(3,)` world."""
+        return self.origin + shift * self.voxel + turned.centre
+
+    def snuggest(self, turns: Iterable[Turned]) -> tuple[Turned, np.ndarray] | None:
+        """The turn and shift that share nothing and lie nearest to what is there; None where nothing fits."""
+        found, least = None, np.inf
+        for turned, item, valid in self._items(turns):
+            free = self._correlate("taken", item)[valid] < 0.5
+            if not free.any():
+                continue
+            height = FLOOR * (np.arange(free.shape[2]) / self.shape[2]) ** 3
+            cost = np.where(free, self._correlate("distance", item)[valid] / turned.voxels.sum() + height, np.inf)
+            at = int(cost.argmin())
+            if cost.flat[at] < least:
+                found, least = (turned, np.array(np.unravel_index(at, free.shape))), cost.flat[at]
+        return found
+
+    def least_shared(self, turns: Iterable[Turned]) -> tuple[Turned, np.ndarray, float] | None:
+        """The turn and shift that share least with what is there, and the shared volume in cubic metres."""
+        found, least = None, np.inf
+        for turned, item, valid in self._items(turns):
+            shared = self._correlate("taken", item)[valid]
+            at = int(shared.argmin())
+            if shared.flat[at] < least:
+                found, least = (turned, np.array(np.unravel_index(at, shared.shape))), float(shared.flat[at])
+        return None if found is None else (*found, max(least, 0.0) * self.voxel**3)
+
+    def _items(self, turns: Iterable[Turned]):
+        """Each turn that is no larger than the room, its spectrum, and the shifts at which it lies within."""
+        for turned in turns:
+            size = turned.voxels.shape
+            if turned.voxels.any() and all(s <= n for s, n in zip(size, self.shape, strict=True)):
+                valid = tuple(slice(0, n - s + 1) for s, n in zip(size, self.shape, strict=True))
+                yield turned, np.conj(self._transform(turned.voxels)), valid
+
+    def _transform(self, field: np.ndarray) -> np.ndarray:
+        return fft.rfftn(field.astype(np.float32), self.padded, workers=self.threads)
+
+    def _correlate(self, what: str, item: np.ndarray) -> np.ndarray:
+        if what not in self._spectra:
+            field = self.taken
+            if what == "distance":
+                field = ndimage.distance_transform_edt(np.pad(~self.taken, 1))[1:-1, 1:-1, 1:-1]
+            self._spectra[what] = self._transform(field)
+        return fft.irfftn(self._spectra[what] * item, self.padded, workers=self.threads)
