@@ -15,6 +15,8 @@ from typing import NoReturn
 from . import __version__
 from .errors import InputError
 
+SWEPT = ("method", "time_limit", "effort", "repeat", "fit_objects", "iterations", "resolution", "device")
+
 
 class _Parser(argparse.ArgumentParser):
     """Says what is wrong in one line, without the usage."""
@@ -43,10 +45,8 @@ def _parser() -> _Parser:
 
     pack = commands.add_parser("pack", help="pack objects into a container")
     _add_problem(pack)
-    pack.add_argument("--method", default="rasp", choices=["rasp"], help="how to search (default: rasp)")
     pack.add_argument("--lambda", dest="lambda_", type=float, default=0.001, help="weight of Eq. 5 (default: 0.001)")
     pack.add_argument("--epsilon", type=float, default=0.01, help="depth of Eq. 5 in metres (default: 0.01)")
-    pack.add_argument("--time-limit", type=float, metavar="S", help="seconds for the search")
     pack.add_argument("--seed", type=int, default=0)
     pack.add_argument("--out", type=Path, default=Path("out"), help="the run's folder (default: out)")
     pack.set_defaults(run=_pack)
@@ -86,13 +86,21 @@ def _add_problem(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--fit-objects", type=int, metavar="N", help="scale all objects so that N make half the container"
     )
+    parser.add_argument(
+        "--method",
+        default="rasp",
+        choices=["rasp", "dense", "spectral"],
+        help="rasp: the paper's (default); dense: the kit's own; spectral: Cui et al. 2023",
+    )
+    parser.add_argument("--time-limit", type=float, metavar="S", help="seconds for the search")
+    parser.add_argument("--effort", type=int, metavar="E", help="tries of --method dense, instead of seconds")
     parser.add_argument("--iterations", type=int, default=1000, help="length of the optimisation (default: 1000)")
     parser.add_argument("--resolution", type=int, default=256, help="pixels along a silhouette (default: 256)")
     parser.add_argument("--device", default="auto", help="auto, cpu, cuda, cuda:1, mps (default: auto)")
 
 
 def _pack(options: argparse.Namespace) -> int:
-    from . import density, jobs, packing, results
+    from . import density, jobs, results
     from .problem import Settings
     from .scene import resolve_device
 
@@ -112,12 +120,14 @@ def _pack(options: argparse.Namespace) -> int:
     bodies, container, scale = jobs.load(
         options.objects, options.container, options.repeat, options.fit_objects, options.seed
     )
-    packed = packing.pack(bodies, container, count, settings, device, options.time_limit, progress=True)
+    budget = options.time_limit, options.effort
+    packed = jobs.search(options.method, bodies, container, count, settings, device, *budget, progress=True)
     arrangement, certificate = packed.arrangement, packed.certificate
     placed = arrangement.problem.bodies
     voxel = float(max(container.bounds[1] - container.bounds[0])) / 160
     facts = {
         "command": "pack",
+        "method": options.method,
         "pool": len(bodies),
         "object_scale": scale,
         "density": packed.density,
@@ -146,7 +156,7 @@ def _sweep(options: argparse.Namespace) -> int:
         if options.container.startswith("box:")
         else str(Path(options.container).resolve()),
         "count": _count(options.count),
-        **{name: getattr(options, name) for name in ("repeat", "fit_objects", "iterations", "resolution", "device")},
+        **{name: getattr(options, name) for name in SWEPT},
     }
     found = sweep.sweep(
         jobs.pack, [fixed | run for run in varied], options.out, options.workers, options.scheduler, progress=True

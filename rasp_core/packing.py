@@ -23,7 +23,7 @@ import torch
 from tqdm.auto import tqdm
 
 from . import losses
-from .arrange import Arrangement, arrange, draw_images
+from .arrange import LOSS_NAMES, Arrangement, arrange, draw_images
 from .certify import TOLERANCE, Certificate, certify
 from .containers import Container
 from .density import mesh_density
@@ -31,6 +31,7 @@ from .errors import InputError
 from .meshes import Body, unique_names
 from .problem import Problem, Settings, Start
 from .sdf import bake_cached
+from .silhouettes import render
 
 FIRST_ROUND = 0.15  # of `iterations`: the length of the first and the settling rounds; those between take a quarter
 WALL_WEIGHT = 3.0  # what the paper's lambda of 0.001 becomes while packing
@@ -256,6 +257,35 @@ class _Run:
             self.arrangement = draw_images(self.arrangement, self.device)
         history = np.concatenate(self.histories)
         return Packing(self.arrangement, self.chosen, self.certificate, history, self.rounds)
+
+
+def finish(
+    bodies: Sequence[Body],
+    chosen: list[int],
+    start: Start,
+    container: Container,
+    settings: Settings,
+    device: str | torch.device = "cpu",
+    history: Sequence[np.ndarray] = (),
+    rounds: Sequence[dict] = (),
+    interrupted: bool = False,
+) -> Packing:
+    """The packing of the objects `chosen` from `bodies` at the poses `start`, drawn and certified.
+
+    Raises InputError where nothing was chosen.
+    """
+    if not chosen:
+        raise InputError("not one of the objects could be placed in the container; enlarge it or leave some out")
+    problem = Problem([bodies[i] for i in chosen], container)
+    scene = problem.scene(device)
+    place = (x.to(scene.device, scene.dtype) for x in (start.rotation, start.translation))
+    images = render(scene.outlines, *place, scene.views, settings.resolution).cpu().numpy()
+    targets = scene.container_silhouettes(settings.resolution).cpu().numpy()
+    past = np.concatenate([np.zeros((0, len(LOSS_NAMES)), np.float32), *history])
+    poses = start.rotation.double().cpu(), start.translation.double().cpu()
+    arrangement = Arrangement(problem, settings, *poses, images, targets, scene.cameras, past, interrupted)
+    certificate = certify(problem.bodies, arrangement.matrices, container, TOLERANCE)
+    return Packing(arrangement, list(chosen), certificate, past, list(rounds))
 
 
 def _diameter(body: Body) -> float:

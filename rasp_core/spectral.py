@@ -5,19 +5,57 @@ And the same, ruined and built again: what lies about a random place is taken ou
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 
 import numpy as np
 import torch
+from tqdm.auto import tqdm
 
 from .containers import Container
+from .errors import InputError
 from .meshes import Body
-from .problem import Start
+from .packing import Packing, check_sizes, finish
+from .problem import Settings, Start
 from .voxels import Room, Turned, choose_voxel, quarter_turns
 
 SHUFFLE = 0.15  # spread of the logarithm by which the volumes' order is shaken when the container is filled anew
 TEMPERATURE = 0.003  # density that a rebuilding may lose now and then
 LARGEST_RUIN = 0.5  # share of the objects taken out at once
+
+
+def pack(
+    bodies: Sequence[Body],
+    container: Container,
+    settings: Settings | None = None,
+    device: str | torch.device = "cpu",
+    time_limit: float | None = None,
+    progress: bool = False,
+) -> Packing:
+    """The baseline: one placement, largest first; with a time limit in seconds, the best of as many in shaken orders as
+    it allows. settings : seed and resolution count. Raises InputError as `dense.pack` does."""
+    settings = settings or Settings()
+    if not bodies:
+        raise InputError("there is nothing to pack; give at least one object")
+    check_sizes(bodies, container)
+    began = time.monotonic()
+
+    def late() -> bool:
+        return time_limit is not None and time.monotonic() - began > time_limit
+
+    spectral, best, rounds = Spectral(bodies, container, settings.seed), ({}, 0.0), []
+    with tqdm(desc="spectral", unit="placement", disable=not progress, leave=False) as bar:
+        while not rounds or (time_limit is not None and not late()):
+            spectral.placed = {}
+            spectral.fill(spectral.shaken() if rounds else None, late)
+            if spectral.density > best[1]:
+                best = spectral.placed, spectral.density
+            rounds.append({"objects": len(spectral.placed), "density": spectral.density})
+            bar.update()
+            bar.set_postfix_str(f"density {best[1]:.4f}")
+    spectral.placed = best[0]
+    start = spectral.start if best[0] else None
+    return finish(bodies, list(best[0]), start, container, settings, device, rounds=rounds)
 
 
 class Spectral:
@@ -45,6 +83,10 @@ class Spectral:
         turns = [turned.rotation for turned, _ in self.placed.values()]
         centres = [self.room.centre(*place) for place in self.placed.values()]
         return Start(torch.from_numpy(np.array(turns)), torch.from_numpy(np.array(centres)))
+
+    def shaken(self) -> np.ndarray:
+        """The largest first, but for some chance."""
+        return np.argsort(-self.volumes * np.exp(SHUFFLE * self.random.standard_normal(len(self.volumes))))
 
     def fill(self, order: Sequence[int] | None = None, stop: Callable[[], bool] = lambda: False) -> None:
         """Place what fits, in the given order of pool indices; the largest first where None."""
@@ -80,8 +122,7 @@ class Spectral:
         most = max(3, int(LARGEST_RUIN * len(before)))
         ruined = sorted(away, key=away.get)[: self.random.integers(2, most)]
         self.placed = {index: place for index, place in before.items() if index not in ruined}
-        shaken = self.volumes * np.exp(SHUFFLE * self.random.standard_normal(len(self.volumes)))
-        self.fill(np.argsort(-shaken), stop)
+        self.fill(self.shaken(), stop)
         if self.random.random() > np.exp((self.density - density) / TEMPERATURE) or stop():
             self.placed = before
 

@@ -1,4 +1,4 @@
-"""Objects and a container as voxels, and where an object goes among others, for all shifts at once by Fourier transforms.
+"""Objects and a container as voxels, and where an object goes among others, all shifts at once by Fourier transforms.
 
 After Cui et al. 2023, Dense, Interlocking-Free and Scalable Spectral Packing of Generic 3D Objects: one correlation
 counts the voxels that an object would share with what is there; a second adds up the distances of its voxels to what is

@@ -1,0 +1,100 @@
+"""Voxels cover what they stand for; correlations against loops."""
+
+import numpy as np
+import pytest
+import torch
+import trimesh
+from scipy import ndimage
+
+from data_fetch import cad_like, kitchen_like, polycubes, torus
+from rasp_core import poses, voxels
+from rasp_core.containers import Container, box
+from rasp_core.voxels import Room, Turned
+
+ROOM = box((0.1, 0.08, 0.06))
+
+
+def blocky(seed: int, shape=(3, 2, 4)) -> Turned:
+    cells = np.random.default_rng(seed).random(shape) < 0.6
+    cells[0, 0, 0] = True
+    return Turned(np.eye(3), cells, np.zeros(3))
+
+
+def naive(room: Room, turned: Turned, field: np.ndarray) -> np.ndarray:
+    """Sum of a field over the object's voxels, shift by shift."""
+    size = turned.voxels.shape
+    found = np.zeros([n - s + 1 for n, s in zip(room.shape, size, strict=True)])
+    for shift in np.ndindex(found.shape):
+        where = tuple(slice(s, s + n) for s, n in zip(shift, size, strict=True))
+        found[shift] = field[where][turned.voxels].sum()
+    return found
+
+
+def test_quarter_turns_are_the_cubes_group():
+    turns = voxels.quarter_turns()
+    assert len({tuple(turn.ravel()) for turn in turns}) == 24
+    assert np.allclose(np.linalg.det(turns), 1)
+    assert np.array_equal(turns[0], np.eye(3))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_every_point_of_a_body_lies_in_a_covering_voxel(seed):
+    body = (kitchen_like(3) + cad_like(3))[2 * seed]
+    rotation = poses.quaternion_to_rotation(poses.random_quaternions(1, torch.Generator().manual_seed(seed)))
+    turned = Turned.covering(body, rotation[0].double().numpy(), 0.004)
+    mesh = trimesh.Trimesh(body.solid_vertices, body.solid_faces, process=False)
+    points = trimesh.sample.sample_surface(mesh, 5000, seed=0)[0] @ turned.rotation.T + turned.centre
+    cells = np.floor(points / 0.004 + 1e-9).astype(int)
+    away = np.abs(points / 0.004 - np.round(points / 0.004)).min(1) > 0.01  # those on a border may count to either side
+    assert turned.voxels[tuple(cells[away].T)].all()
+    assert turned.voxels.sum() * 0.004**3 > body.volume
+
+
+def test_filling_voxels_have_the_bodys_volume():
+    turned = Turned.filling(np.full(3, 0.03), lambda p: np.linalg.norm(p, axis=1) < 0.03, np.eye(3), 0.002)
+    assert turned.voxels.sum() * 0.002**3 == pytest.approx(4 / 3 * np.pi * 0.03**3, rel=0.01)
+    assert np.allclose(turned.centre, 0.03)
+
+
+def test_equal_cubes_are_found_and_other_objects_get_a_fine_voxel():
+    cubes = polycubes()
+    edge = voxels.choose_voxel(cubes, box((0.32, 0.32, 0.3)))
+    sizes = np.concatenate([2 * body.half_extents for body in cubes])
+    assert edge == pytest.approx(sizes.min())
+    assert np.abs(sizes / edge - np.round(sizes / edge)).max() < 1e-6
+    assert voxels.choose_voxel(kitchen_like(5), box((0.32, 0.32, 0.3))) == pytest.approx(0.005)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_placement_is_the_naive_searchs(seed):
+    room, turned = Room(ROOM, 0.01), blocky(seed)
+    assert tuple(room.shape) == (10, 8, 6)
+    room.clear(np.random.default_rng(seed).random(room.shape) < 0.1)
+    shared = naive(room, turned, room.taken)
+    _, shift, volume = room.least_shared([turned])
+    assert volume == pytest.approx(shared.min() * 1e-6, abs=1e-12)
+    assert shared[tuple(shift)] == shared.min()
+    room.clear()
+    room.place(turned, np.array([0, 0, 0]))
+    _, shift = room.snuggest([turned])
+    distance = ndimage.distance_transform_edt(np.pad(~room.taken, 1))[1:-1, 1:-1, 1:-1]
+    cost = naive(room, turned, distance) / turned.voxels.sum()
+    cost[naive(room, turned, room.taken) > 0] = np.inf
+    assert cost[tuple(shift)] <= cost.min() + voxels.FLOOR
+
+
+def test_nothing_fits_a_full_room_or_one_that_is_too_small():
+    room = Room(ROOM, 0.01)
+    assert room.snuggest([blocky(0, (11, 1, 1))]) is None
+    assert room.least_shared([blocky(0, (1, 9, 1))]) is None
+    room.clear(np.ones(room.shape, bool))
+    assert room.snuggest([blocky(0)]) is None
+
+
+def test_a_meshs_walls_are_taken():
+    ring = Container(torus(0.12, 0.05))
+    room = Room(ring, 0.005)
+    free = (~room.taken).sum() * 0.005**3
+    assert 0.5 * ring.volume < free < ring.volume
+    assert room.taken[tuple(room.shape // 2)], "the hole is not the ring's"
+    assert (~Room(ring, 0.005, margin=0).taken).sum() * 0.005**3 == pytest.approx(ring.volume, rel=0.02)
