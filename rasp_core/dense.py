@@ -1,7 +1,7 @@
 """The kit's own packing: spectral placement, then objects pressed into what is left, by the same losses.
 
 1. Spectral placement, ruined and built again for a share of the budget (`spectral`).
-2. Again and again: objects of the pool go where they overlap least, alone or for others that are taken out;
+2. Again and again: an object of the pool goes where it overlaps least, alone or for a smaller one that is taken out;
    Eq. 4 and 5 and surface contact press all apart; contact alone takes the rest; exact booleans judge. What holds and
    is denser is kept, everything else forgotten, so that there is a certified packing at any time.
 
@@ -36,9 +36,8 @@ EFFORT = 400  # tries, where no time is given
 REBUILD_SHARE = 0.2  # of the seconds
 REBUILD_VOXELS = 10_000  # looked at in rebuilding for each unit of effort; above, pressing in is worth more
 VOIDS = 48  # voxels along the container's longest edge, in which voids are looked for
-CANDIDATES, TURNS = 5, 12  # objects and rotations looked at for each addition
-REMOVALS = (0.35, 0.5, 0.15)  # how often no object, one or two neighbours are taken out
-PRESSED_AWAY = 0.05  # of a mean object's volume: by how much more sharing the hope of success falls to a third
+CANDIDATES, TURNS = 4, 16  # objects and rotations looked at in each try
+SWAPS = 0.7  # share of the tries that take an object out for a larger one
 HOPELESS_SHARED = 0.15  # of a mean object's volume: objects that share more are not pressed in
 HOPELESS_OVERLAP = 1e-4  # mean volumes times radii: Eq. 4 as a volume integral, after pressing
 NEARLY = 20 * TOLERANCE  # faults that settling again may still take away
@@ -161,42 +160,26 @@ class _Search:
                 self._keep(*settled)
 
     def _propose(self) -> tuple[list[int], Start] | None:
-        """Take out up to two neighbours, put others where they share little with the rest: more volume than before."""
-        keep = list(range(len(self.chosen)))
-        removals = min(len(keep), int(self.random.choice(len(REMOVALS), p=REMOVALS)))
-        if removals:
-            first = self.start.translation[self.random.integers(len(keep))]
-            away = (self.start.translation - first).norm(dim=1).argsort(stable=True)[:removals].tolist()
-            keep = [i for i in keep if i not in away]
+        """One more object, or a larger one for another: where it shares least with the others."""
+        keep, least = list(range(len(self.chosen))), 0.0
+        if keep and self.random.random() < SWAPS:
+            least = self.volumes[self.chosen[keep.pop(self.random.integers(len(keep)))]]
         chosen, start = [self.chosen[i] for i in keep], self.start.take(keep)
-        allowed = HOPELESS_SHARED * self.volumes.mean()
-        for _ in range(removals + 1):
-            found = self._best_addition(chosen, start, allowed)
-            if found is None:
-                break
-            index, turned, shift, shared = found
-            allowed -= shared
-            rotation = torch.from_numpy(turned.rotation)[None].to(start.rotation.dtype)
-            centre = torch.from_numpy(self.room.centre(turned, shift))[None].to(start.translation.dtype)
-            start = Start(torch.cat([start.rotation, rotation]), torch.cat([start.translation, centre]))
-            chosen = [*chosen, index]
-        return (chosen, start) if self.volumes[chosen].sum() > self.density + 1e-9 else None
-
-    def _best_addition(self, chosen: list[int], start: Start, allowed: float):
-        """Of some objects the one that promises most volume: index, turn, shift and shared share of the container."""
-        rest = np.setdiff1d(np.arange(len(self.pool)), chosen)
+        rest, mean = np.setdiff1d(np.arange(len(self.pool)), self.chosen), float(self.volumes.mean())
+        rest = rest[(self.volumes[rest] > least * (1 + 1e-6)) & (self.volumes[rest] < least + 2 * mean)]
         self.room.clear(self._taken(chosen, start))
-        rest = rest[self.volumes[rest] < (~self.room.taken).mean() + allowed]
-        best, most = None, 0.0
+        found, least_shared = None, HOPELESS_SHARED * mean * self.container.volume
         for index in map(int, self.random.choice(rest, min(CANDIDATES, len(rest)), replace=False)):
             place = self.room.least_shared(self._turned(index))
-            if place is None:
-                continue
-            shared = place[2] / self.container.volume
-            promise = self.volumes[index] * np.exp(-shared / (PRESSED_AWAY * self.volumes.mean()))
-            if shared < allowed and promise > most:
-                best, most = (index, *place[:2], shared), promise
-        return best
+            if place is not None and place[2] < least_shared:
+                found, least_shared = (index, *place[:2]), place[2]
+        if found is None:
+            return None
+        index, turned, shift = found
+        rotation = torch.from_numpy(turned.rotation)[None].to(start.rotation.dtype)
+        centre = torch.from_numpy(self.room.centre(turned, shift))[None].to(start.translation.dtype)
+        start = Start(torch.cat([start.rotation, rotation]), torch.cat([start.translation, centre]))
+        return [*chosen, index], start
 
     def _taken(self, chosen: list[int], start: Start) -> np.ndarray | None:
         """The room's voxels whose middle lies in an object."""
