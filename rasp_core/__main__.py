@@ -106,8 +106,7 @@ def _pack(options: argparse.Namespace) -> int:
 
     began = time.monotonic()
     count = _count(options.count)
-    if options.time_limit is not None and not options.time_limit > 0:
-        raise InputError(f"--time-limit must be positive, got {options.time_limit}")
+    _check_time(options)
     settings = Settings(
         iterations=options.iterations,
         lambda_=options.lambda_,
@@ -147,6 +146,7 @@ def _sweep(options: argparse.Namespace) -> int:
 
     from . import jobs, sweep
 
+    _check_time(options)
     if options.seeds < 1:
         raise InputError(f"--seeds must be positive, got {options.seeds}")
     varied = sweep.grid(lambda_=options.lambda_, epsilon=options.epsilon, seed=range(options.seeds))
@@ -201,6 +201,11 @@ def _say(count: int, density: float, certificate, where: Path) -> None:
         f"{where}: {count} objects, density {density:.4f}, {verdict} (worst overlap {certificate.worst_overlap:.1e}, "
         f"worst protrusion {certificate.worst_protrusion:.1e})"
     )
+
+
+def _check_time(options: argparse.Namespace) -> None:
+    if options.time_limit is not None and not options.time_limit > 0:
+        raise InputError(f"--time-limit must be positive, got {options.time_limit}")
 
 
 def _count(text: str) -> int | None:

@@ -27,7 +27,7 @@ from .errors import InputError
 from .meshes import Body
 from .packing import Packing, check_sizes, finish
 from .problem import Problem, Settings, Start
-from .scene import Scene
+from .scene import Scene, resolve_device
 from .sdf import GridStack
 from .spectral import Spectral
 from .voxels import Room, Turned
@@ -75,6 +75,8 @@ def pack(
         search.construct()
         search.press_in()
     except KeyboardInterrupt:
+        if not search.chosen:
+            raise
         search.interrupted = True
     finally:
         search.bar.close()
@@ -85,7 +87,8 @@ class _Search:
     """A search under way: the packing that holds, as indices into the pool and poses."""
 
     def __init__(self, pool, container, settings, device, time_limit, effort, progress):
-        self.pool, self.container, self.settings, self.device = list(pool), container, settings, device
+        self.pool, self.container, self.settings = list(pool), container, settings
+        self.device = resolve_device(device)
         self.began, self.time_limit, self.effort = time.monotonic(), time_limit, effort
         self.random = np.random.default_rng(settings.seed)
         self.volumes = np.array([body.volume for body in pool]) / container.volume
@@ -127,15 +130,12 @@ class _Search:
 
     def _take(self, spectral: Spectral) -> None:
         """Judge a placement, and keep what holds of it."""
-        if not spectral.placed:
-            return
         chosen, start = list(spectral.placed), spectral.start
-        certificate = self._judge(chosen, start)
-        while not certificate.holds:  # voxels touch what they cover, so this is for meshes finer than float32
+        while chosen and not (certificate := self._judge(chosen, start)).holds:
+            # voxels cover what touches them, so this is for what the voxeliser's rounding lets through
             names = [fault.first for fault in certificate.overlaps] + [p.body for p in certificate.protrusions]
             keep = [i for i, index in enumerate(chosen) if self.pool[index].name != names[0]]
             chosen, start = [chosen[i] for i in keep], start.take(keep)
-            certificate = self._judge(chosen, start)
         if self.volumes[chosen].sum() > self.density:
             self._keep(chosen, start)
 
@@ -195,7 +195,8 @@ class _Search:
 
         def inside(places: np.ndarray) -> np.ndarray:
             points = torch.from_numpy(places).to(self.device).float()
-            return (self.stack.sample(torch.full((len(points),), index), points)[0] < 0).cpu().numpy()
+            own = torch.full((len(points),), index, device=self.device)
+            return (self.stack.sample(own, points)[0] < 0).cpu().numpy()
 
         generator = torch.Generator().manual_seed(int(self.random.integers(2**31)))
         for rotation in poses.quaternion_to_rotation(poses.random_quaternions(TURNS, generator, torch.float64)).numpy():

@@ -54,8 +54,7 @@ def pack(
             bar.update()
             bar.set_postfix_str(f"density {best[1]:.4f}")
     spectral.placed = best[0]
-    start = spectral.start if best[0] else None
-    return finish(bodies, list(best[0]), start, container, settings, device, rounds=rounds)
+    return finish(bodies, list(best[0]), spectral.start, container, settings, device, rounds=rounds)
 
 
 class Spectral:
@@ -80,9 +79,9 @@ class Spectral:
     @property
     def start(self) -> Start:
         """The poses of what is placed, in the order of `placed`."""
-        turns = [turned.rotation for turned, _ in self.placed.values()]
-        centres = [self.room.centre(*place) for place in self.placed.values()]
-        return Start(torch.from_numpy(np.array(turns)), torch.from_numpy(np.array(centres)))
+        turns = np.array([turned.rotation for turned, _ in self.placed.values()]).reshape(-1, 3, 3)
+        centres = np.array([self.room.centre(*place) for place in self.placed.values()]).reshape(-1, 3)
+        return Start(torch.from_numpy(turns), torch.from_numpy(centres))
 
     def shaken(self) -> np.ndarray:
         """The largest first, but for some chance."""

@@ -119,6 +119,7 @@ def test_objects_that_cannot_be_used_are_named_in_one_line(pool, tmp_path, capsy
         ("--iterations", "0", "iterations must be positive"),
         ("--iterations", "ten", "invalid int value"),
         ("--time-limit", "0", "--time-limit must be positive"),
+        ("--effort", "5", "method rasp has no effort"),
         ("--device", "abacus", "device 'abacus' is not available"),
         ("--method", "magic", "invalid choice"),
         ("--out", "/dev/null/out", "cannot be written"),
@@ -170,6 +171,27 @@ def test_the_installed_command_prints_nothing_else(pool, tmp_path):
     assert (good.returncode, good.stdout.count("\n")) == (0, 1)
     bad = subprocess.run([*command, "--count", "0"], capture_output=True, text=True, env=environment)
     assert (bad.returncode, bad.stdout, bad.stderr.count("\n")) == (2, "", 1)
+
+
+def test_a_sweep_says_which_seed_packs_best_and_goes_on_where_it_ended(pool, tmp_path, capsys):
+    out = tmp_path / "out"
+    arguments = ["sweep", str(pool), "--container", "box:0.12,0.12,0.12", "--seeds", "2", "--out", str(out), *SMALL]
+    assert main([*arguments, "--lambda", "0.001", "0.002", "--workers", "1"]) == 0
+    line = capsys.readouterr().out
+    assert "4 runs, 4 certified; best density" in line
+    assert len(list(out.glob("pack-*.json"))) == 4
+    table = (out / "sweep.csv").read_text()
+    assert table.splitlines()[0].startswith("lambda_,epsilon,seed,objects,density,certified")
+    assert len(table.splitlines()) == 5
+    assert main([*arguments, "--lambda", "0.001", "0.002", "--workers", "1"]) == 0
+    assert (out / "sweep.csv").read_text() == table
+
+
+@pytest.mark.parametrize(("option", "value"), [("--seeds", "0"), ("--workers", "0"), ("--time-limit", "-1")])
+def test_a_sweep_refuses_what_it_cannot_do(pool, tmp_path, capsys, option, value):
+    arguments = ["sweep", str(pool), "--container", BOX, "--out", str(tmp_path / "out"), *SMALL, option, value]
+    assert main(arguments) == 2
+    assert capsys.readouterr().err.count("\n") == 1
 
 
 @pytest.mark.real_data

@@ -1,0 +1,46 @@
+"""Packings named by files and numbers."""
+
+import pytest
+import trimesh
+
+from rasp_core import jobs
+from rasp_core.errors import InputError
+
+SMALL = {"iterations": 60, "resolution": 64, "query_points": 5000}
+
+
+@pytest.fixture
+def pool(tmp_path):
+    for i in range(3):
+        trimesh.creation.box((0.04 + 0.01 * i, 0.05, 0.06)).export(tmp_path / f"block{i}.stl")
+    return [str(tmp_path)]
+
+
+def test_load_repeats_and_scales(pool):
+    bodies, room, scale = jobs.load(pool, "box:2,2,2", repeat=5, fit_objects=10, seed=3)
+    assert len(bodies) == 5
+    assert sum(body.volume for body in bodies) == pytest.approx(2.0)
+    assert room.volume == pytest.approx(8)
+    assert scale > 1
+
+
+@pytest.mark.parametrize(("method", "budget"), [("rasp", {}), ("dense", {"effort": 3}), ("spectral", {})])
+def test_each_method_packs(pool, method, budget):
+    facts = jobs.pack(pool, "box:0.15,0.15,0.15", method=method, seed=1, **budget, **SMALL)
+    assert facts["certified"]
+    assert facts["objects"] == 3
+    assert 0 < facts["density"] < 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"method": "magic"}, "magic.*rasp, dense, spectral"),
+        ({"method": "dense", "count": 2}, "--count"),
+        ({"method": "spectral", "effort": 2}, "--effort|no effort"),
+    ],
+)
+def test_what_a_method_does_not_know_is_refused(pool, arguments, message):
+    bodies, room, _ = jobs.load(pool, "box:0.2,0.2,0.2")
+    with pytest.raises(InputError, match=message):
+        jobs.search(arguments.pop("method"), bodies, room, **arguments)
