@@ -156,7 +156,7 @@ class _Search:
             if proposal is None:
                 continue
             settled = self._settle(*proposal)
-            if settled is not None and self.volumes[settled[0]].sum() > self.density:
+            if settled is not None and self.volumes[settled[0]].sum() > self.density - 1e-9:
                 self._keep(*settled)
 
     def _propose(self) -> tuple[list[int], Start] | None:
@@ -223,7 +223,12 @@ class _Search:
         spacing = losses.query_lattice(self.container, press.query_points).spacing
         overlap = float(run.history[-5:, 2].mean()) * spacing**3
         if overlap > HOPELESS_OVERLAP * self.volumes.mean() * self.container.volume * self.radius:
-            return None
+            if chosen[:-1] != self.chosen:
+                return None
+            # what did not go in has pushed the others: without it they lie as densely as before, but otherwise
+            chosen, bodies = chosen[:-1], bodies[:-1]
+            problem, scene = Problem(bodies, self.container), Scene(bodies, self.container, self.cameras, self.device)
+            run = replace(run, problem=problem, rotation=run.rotation[:-1], translation=run.translation[:-1])
         settle = replace(
             press,
             iterations=60,
