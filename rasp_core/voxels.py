@@ -44,8 +44,8 @@ def choose_voxel(bodies: Sequence[Body], container: Container) -> float:
     """
     edges = np.concatenate([2 * body.half_extents for body in bodies])
     finest = float(np.ptp(container.bounds, axis=0).max()) * VOXEL_SHARE
-    for parts in range(1, int(edges.min() / finest) + 1):
-        voxel = float(edges.min()) / parts
+    parts = [(edge, n) for edge in np.unique(edges.round(9)) for n in range(1, int(edge / finest) + 1)]
+    for voxel in sorted({float(edge) / n for edge, n in parts}, reverse=True):
         if (np.ceil(edges / voxel - ROUNDING) * voxel / edges).mean() < WASTE:
             return voxel
     return finest

@@ -175,7 +175,7 @@ def test_the_installed_command_prints_nothing_else(pool, tmp_path):
 
 def test_a_sweep_says_which_seed_packs_best_and_goes_on_where_it_ended(pool, tmp_path, capsys):
     out = tmp_path / "out"
-    arguments = ["sweep", str(pool), "--container", "box:0.12,0.12,0.12", "--seeds", "2", "--out", str(out), *SMALL]
+    arguments = ["sweep", str(pool), "--container", BOX, "--seeds", "2", "--out", str(out), *SMALL]
     assert main([*arguments, "--lambda", "0.001", "0.002", "--workers", "1"]) == 0
     line = capsys.readouterr().out
     assert "4 runs, 4 certified; best density" in line
