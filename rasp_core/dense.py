@@ -10,14 +10,12 @@ Eq. 5 acts only beyond the wall here: with the paper's epsilon of 1 cm it presse
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import torch
-from tqdm.auto import tqdm
 
 from . import losses, poses
 from .arrange import arrange, file_to_world
@@ -25,7 +23,7 @@ from .certify import TOLERANCE, Certificate, certify
 from .containers import Container
 from .errors import InputError
 from .meshes import Body
-from .packing import Packing, check_sizes, finish
+from .packing import Packing, check_sizes, finish, progress_bar
 from .problem import Problem, Settings, Start
 from .scene import Scene, resolve_device
 from .sdf import GridStack
@@ -63,11 +61,9 @@ def pack(
     best so far. Raises InputError for no bodies, bodies larger than the container, or where not one could be placed.
     """
     settings = settings or Settings()
-    if not bodies:
-        raise InputError("there is nothing to pack; give at least one object")
+    check_sizes(bodies, container)
     if effort is not None and effort < 0:
         raise InputError(f"effort must not be negative, got {effort}")
-    check_sizes(bodies, container)
     if effort is None and time_limit is None:
         effort = EFFORT
     search = _Search(bodies, container, settings, device, time_limit, effort, progress)
@@ -100,8 +96,7 @@ class _Search:
         self.history: list[np.ndarray] = []
         self.rounds: list[dict] = []
         self.tries, self.interrupted = 0, False
-        interval = 0.2 if sys.stderr.isatty() else 10  # a log file wants few lines
-        self.bar = tqdm(desc="dense", unit="try", disable=not progress, leave=False, mininterval=interval, total=effort)
+        self.bar = progress_bar("dense", "try", progress, effort)
 
     @property
     def density(self) -> float:
@@ -119,9 +114,9 @@ class _Search:
         spectral.fill(stop=self.spent)
         self._take(spectral)
         voxels, done = int(spectral.room.shape.prod()), 0
-        rebuildings = np.inf if self.effort is None else self.effort * REBUILD_VOXELS // voxels
         if voxels > REBUILD_VOXELS:
-            rebuildings = 0
+            return
+        rebuildings = np.inf if self.effort is None else self.effort * REBUILD_VOXELS // voxels
         while self.chosen and done < rebuildings and not self.spent(REBUILD_SHARE):
             spectral.rebuild(lambda: self.spent(REBUILD_SHARE))
             done += 1
@@ -220,8 +215,7 @@ class _Search:
             seed=self.settings.seed + self.tries,
         )
         run = self._arrange(problem, press, start, scene)
-        spacing = losses.query_lattice(self.container, press.query_points).spacing
-        overlap = float(run.history[-5:, 2].mean()) * spacing**3
+        overlap = float(run.history[-5:, 2].mean()) * self.container.volume / press.query_points
         if overlap > HOPELESS_OVERLAP * self.volumes.mean() * self.container.volume * self.radius:
             if chosen[:-1] != self.chosen:
                 return None

@@ -83,11 +83,19 @@ def fit_scale(bodies: Sequence[Body], container: Container, count: int) -> float
     return float((0.5 * container.volume / count / np.mean([body.volume for body in bodies])) ** (1 / 3))
 
 
+def progress_bar(name: str, unit: str, shown: bool, total: int | None = None) -> tqdm:
+    """A search's bar on standard error, with few lines where that is a log file."""
+    interval = 0.2 if sys.stderr.isatty() else 10
+    return tqdm(desc=name, unit=unit, disable=not shown, leave=False, mininterval=interval, total=total)
+
+
 def check_sizes(bodies: Sequence[Body], container: Container) -> None:
-    """Raise InputError naming the first body that is too large for the container however it is turned.
+    """Raise InputError for no bodies, or naming the first that is too large for the container however it is turned.
 
     A body that fits has no more volume, no larger diameter and no larger inscribed ball than the container.
     """
+    if not bodies:
+        raise InputError("there is nothing to pack; give at least one object")
     diameter, ball = _diameter(container.body), _inscribed_radius(container.body)
     known: set[str] = set()
     for body in bodies:
@@ -127,11 +135,9 @@ def pack(
     Raises InputError for no bodies, a count out of range, or bodies larger than the container.
     """
     settings = settings or Settings()
-    if not bodies:
-        raise InputError("there is nothing to pack; give at least one object")
+    check_sizes(bodies, container)
     if count is not None and not 1 <= count <= len(bodies):
         raise InputError(f"count must lie between 1 and the {len(bodies)} objects given, got {count}")
-    check_sizes(bodies, container)
     order = np.random.default_rng(settings.seed).permutation(len(bodies))
     chosen = [int(i) for i in order[: count or initial_count(bodies, container)]]
     run = _Run(bodies, container, chosen, settings, device, time_limit, progress)
@@ -148,8 +154,7 @@ class _Run:
         self.deadline = None if time_limit is None else time.monotonic() + time_limit
         self.start = Start.random(self.bodies, container, settings.seed)
         self.histories, self.rounds = [], []
-        interval = 0.2 if sys.stderr.isatty() else 10  # a log file wants few lines
-        self.bar = tqdm(desc="pack", unit="it", disable=not progress, leave=False, mininterval=interval)
+        self.bar = progress_bar("pack", "it", progress)
 
     @property
     def bodies(self) -> list[Body]:

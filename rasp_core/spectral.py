@@ -13,7 +13,6 @@ import torch
 from tqdm.auto import tqdm
 
 from .containers import Container
-from .errors import InputError
 from .meshes import Body
 from .packing import Packing, check_sizes, finish
 from .problem import Settings, Start
@@ -35,8 +34,6 @@ def pack(
     """The baseline: one placement, largest first; with a time limit in seconds, the best of as many in shaken orders as
     it allows. settings : seed and resolution count. Raises InputError as `dense.pack` does."""
     settings = settings or Settings()
-    if not bodies:
-        raise InputError("there is nothing to pack; give at least one object")
     check_sizes(bodies, container)
     began = time.monotonic()
 
