@@ -48,6 +48,7 @@ def _parser() -> _Parser:
     pack.add_argument("--lambda", dest="lambda_", type=float, default=0.001, help="weight of Eq. 5 (default: 0.001)")
     pack.add_argument("--epsilon", type=float, default=0.01, help="depth of Eq. 5 in metres (default: 0.01)")
     pack.add_argument("--seed", type=int, default=0)
+    pack.add_argument("--settle", action="store_true", help="let the packing fall under gravity, and judge it anew")
     pack.add_argument("--out", type=Path, default=Path("out"), help="the run's folder (default: out)")
     pack.set_defaults(run=_pack)
 
@@ -80,7 +81,9 @@ def _parser() -> _Parser:
 def _add_problem(parser: argparse.ArgumentParser) -> None:
     """The arguments that one packing and many have in common."""
     parser.add_argument("objects", nargs="+", metavar="OBJECTS", help="mesh files or folders of them, in metres")
-    parser.add_argument("--container", required=True, help="box:X,Y,Z in metres, or a closed mesh")
+    parser.add_argument(
+        "--container", required=True, help="box:X,Y,Z in metres; a closed mesh; auto, auto:cube or auto:X,Y,*"
+    )
     parser.add_argument("--count", default="auto", help="auto (search), or exactly how many to arrange")
     parser.add_argument("--repeat", type=int, metavar="D", help="draw a pool of D objects with replacement")
     parser.add_argument(
@@ -88,9 +91,7 @@ def _add_problem(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--method",
-        default="rasp",
-        choices=["rasp", "dense", "spectral"],
-        help="rasp: the paper's (default); dense: the kit's own; spectral: Cui et al. 2023",
+        help="rasp: the paper's (default); dense: the kit's own (for auto); baselines: spectral, dblf, heightmap",
     )
     parser.add_argument("--time-limit", type=float, metavar="S", help="seconds for the search")
     parser.add_argument("--effort", type=int, metavar="E", help="tries of --method dense, instead of seconds")
@@ -100,7 +101,7 @@ def _add_problem(parser: argparse.ArgumentParser) -> None:
 
 
 def _pack(options: argparse.Namespace) -> int:
-    from . import density, jobs, results
+    from . import density, jobs, physics, removal, results
     from .problem import Settings
     from .scene import resolve_device
 
@@ -120,13 +121,14 @@ def _pack(options: argparse.Namespace) -> int:
         options.objects, options.container, options.repeat, options.fit_objects, options.seed
     )
     budget = options.time_limit, options.effort
-    packed = jobs.search(options.method, bodies, container, count, settings, device, *budget, progress=True)
+    method = jobs.resolve_method(options.method, container)
+    packed = jobs.search(method, bodies, container, count, settings, device, *budget, progress=True)
     arrangement, certificate = packed.arrangement, packed.certificate
-    placed = arrangement.problem.bodies
+    placed, container = arrangement.problem.bodies, arrangement.problem.container
     voxel = float(max(container.bounds[1] - container.bounds[0])) / 160
     facts = {
         "command": "pack",
-        "method": options.method,
+        "method": method,
         "pool": len(bodies),
         "object_scale": scale,
         "density": packed.density,
@@ -136,7 +138,15 @@ def _pack(options: argparse.Namespace) -> int:
         "device": str(device),
         "seconds": time.monotonic() - began,
     }
-    results.save_run(folder, arrangement, certificate, facts, packed.history)
+    removed = removal.remove_all(placed, arrangement.matrices)
+    facts["removal"], scenes = removed.to_dict(), {}
+    print(f"rasp: {_removal(removed)}", file=sys.stderr)
+    if options.settle:
+        settled = physics.settle(placed, arrangement.matrices, container)
+        facts["settled"], scenes["settled.glb"] = settled.to_dict(), settled.matrices
+        for line in settled.lines():
+            print(f"rasp: {line}", file=sys.stderr)
+    results.save_run(folder, arrangement, certificate, facts, packed.history, scenes)
     _say(len(placed), packed.density, certificate, folder)
     return 0 if certificate.holds else 1
 
@@ -153,7 +163,7 @@ def _sweep(options: argparse.Namespace) -> int:
     fixed = {
         "objects": [str(Path(path).resolve()) for path in options.objects],
         "container": options.container
-        if options.container.startswith("box:")
+        if options.container.startswith(("box:", "auto"))
         else str(Path(options.container).resolve()),
         "count": _count(options.count),
         **{name: getattr(options, name) for name in SWEPT},
@@ -178,11 +188,13 @@ def _sweep(options: argparse.Namespace) -> int:
 def _check(options: argparse.Namespace) -> int:
     import numpy as np
 
-    from . import density, results
+    from . import density, removal, results
     from .certify import certify
 
     bodies, container = results.read_scene(options.scene)
-    certificate = certify(bodies, np.tile(np.eye(4), (len(bodies), 1, 1)), container)
+    stay = np.tile(np.eye(4), (len(bodies), 1, 1))
+    certificate = certify(bodies, stay, container)
+    print(f"rasp: {_removal(removal.remove_all(bodies, stay))}", file=sys.stderr)
     _say(len(bodies), density.mesh_density(bodies, container), certificate, options.scene)
     return 0 if certificate.holds else 1
 
@@ -201,6 +213,12 @@ def _say(count: int, density: float, certificate, where: Path) -> None:
         f"{where}: {count} objects, density {density:.4f}, {verdict} (worst overlap {certificate.worst_overlap:.1e}, "
         f"worst protrusion {certificate.worst_protrusion:.1e})"
     )
+
+
+def _removal(removed) -> str:
+    if not removed.stuck:
+        return "all objects can be taken out one by one by straight pulls"
+    return f"{len(removed.stuck)} objects interlock, no straight pull takes them out: {', '.join(removed.stuck)}"
 
 
 def _check_time(options: argparse.Namespace) -> None:

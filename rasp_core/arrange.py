@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -207,14 +207,6 @@ def find_neighbours(scene: Scene, rotation: Tensor, translation: Tensor, setting
     """The samples that the contact term looks at, for some iterations about these poses."""
     reach = NEIGHBOUR_REACH * scene.width + 2 * settings.contact_margin
     return contact.neighbours(scene.stack, scene.samples, scene.half, rotation, translation, scene.container, reach)
-
-
-def draw_images(arrangement: Arrangement, device: str | torch.device = "cpu") -> Arrangement:
-    """The arrangement with its images drawn anew, after its bodies or poses were changed."""
-    scene = arrangement.problem.scene(device)
-    place = (x.to(scene.device, scene.dtype) for x in (arrangement.rotation, arrangement.translation))
-    images = render(scene.outlines, *place, scene.views, arrangement.settings.resolution)
-    return replace(arrangement, images=images.cpu().numpy())
 
 
 class _Variables:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -100,8 +101,36 @@ def from_mesh(path: str | Path) -> Container:
     return Container(load_body(path))
 
 
-def parse(text: str) -> Container:
-    """`box:0.32,0.32,0.30` (metres) or the path of a mesh. Raises InputError with the remedy."""
+@dataclass(frozen=True)
+class FreeBox:
+    """A box that is yet to be found.
+
+    edges : three lengths in metres, None where an edge is free. cube : all edges are free and equal.
+    """
+
+    edges: tuple[float | None, float | None, float | None]
+    cube: bool = False
+
+    @property
+    def free(self) -> np.ndarray:
+        """`(3,)` bool: the edges that are free."""
+        return np.array([edge is None for edge in self.edges])
+
+    def sized(self, volume: float) -> np.ndarray:
+        """`(3,)` edges of the box of this volume whose free edges are equal."""
+        fixed = [edge for edge in self.edges if edge is not None]
+        free = (volume / np.prod(fixed)) ** (1 / (3 - len(fixed)))
+        return np.array([free if edge is None else edge for edge in self.edges])
+
+
+def parse(text: str) -> Container | FreeBox:
+    """A container from its description.
+
+    `box:0.32,0.32,0.30` (metres), `auto`, `auto:cube` or `auto:0.32,0.32,*` (a box to be found, * its free edges), or
+    the path of a mesh. Raises InputError with the remedy.
+    """
+    if text == "auto" or text.startswith("auto:"):
+        return _parse_free(text)
     if not text.startswith("box:"):
         return from_mesh(text)
     try:
@@ -111,3 +140,16 @@ def parse(text: str) -> Container:
     if len(edges) != 3:
         raise InputError(f"container {text!r} is not a box; write box:0.32,0.32,0.30 (three edges in metres)")
     return box(edges)
+
+
+def _parse_free(text: str) -> FreeBox:
+    shape = text.partition(":")[2] or "*,*,*"
+    if shape == "cube":
+        return FreeBox((None, None, None), cube=True)
+    try:
+        edges = [None if word.strip() == "*" else float(word) for word in shape.split(",")]
+    except ValueError:
+        edges = []
+    if len(edges) != 3 or None not in edges or not all(e is None or (np.isfinite(e) and e > 0) for e in edges):
+        raise InputError(f"container {text!r} is not a box to be found; write auto, auto:cube or auto:0.32,0.32,*")
+    return FreeBox(tuple(edges))

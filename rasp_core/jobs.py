@@ -5,22 +5,22 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 
-from . import containers, dense, meshes, packing, spectral
-from .containers import Container
+from . import baselines, containers, dense, meshes, packing, rasp, smallest
+from .containers import Container, FreeBox
 from .errors import InputError
 from .meshes import Body
 from .problem import Settings
 from .scene import resolve_device
 
-METHODS = ("rasp", "dense", "spectral")
+METHODS = ("rasp", "dense", *baselines.RULES)
 
 
 def load(
     objects: Sequence[str], container: str, repeat: int | None = None, fit_objects: int | None = None, seed: int = 0
-) -> tuple[list[Body], Container, float]:
+) -> tuple[list[Body], Container | FreeBox, float]:
     """The pool, the container, and the factor on the objects' lengths.
 
-    objects : mesh files or folders. container : `box:X,Y,Z` or a mesh file. repeat : draw a pool of so many with
+    objects : mesh files or folders. container : as `containers.parse` has it. repeat : draw a pool of so many with
     replacement. fit_objects : scale so that so many make half of the container. Raises InputError or MeshError.
     """
     room = containers.parse(container)
@@ -28,15 +28,28 @@ def load(
     if repeat is not None:
         bodies = packing.draw(bodies, repeat, seed)
     if fit_objects is not None:
+        if isinstance(room, FreeBox):
+            raise InputError("--fit-objects scales objects to a container; a box to be found has no size yet")
         scale = packing.fit_scale(bodies, room, fit_objects)
         bodies = [body.scaled(scale) for body in bodies]
     return bodies, room, scale
 
 
+def resolve_method(method: str | None, container: Container | FreeBox) -> str:
+    """The method, where None the paper's, or the kit's own for a box to be found. Raises InputError where it is
+    unknown, or cannot find a box."""
+    method = method or ("dense" if isinstance(container, FreeBox) else "rasp")
+    if method not in METHODS:
+        raise InputError(f"method {method!r} is unknown; use one of {', '.join(METHODS)}")
+    if method == "rasp" and isinstance(container, FreeBox):
+        raise InputError("method rasp packs into a given container; name one, or use --method dense")
+    return method
+
+
 def search(
-    method: str,
+    method: str | None,
     bodies: Sequence[Body],
-    container: Container,
+    container: Container | FreeBox,
     count: int | None = None,
     settings: Settings | None = None,
     device="cpu",
@@ -44,18 +57,21 @@ def search(
     effort: int | None = None,
     progress: bool = False,
 ) -> packing.Packing:
-    """Pack by one of `METHODS`. Raises InputError where the method does not know a count or an effort that is given."""
-    if method not in METHODS:
-        raise InputError(f"method {method!r} is unknown; use one of {', '.join(METHODS)}")
+    """Pack by one of `METHODS`. Raises InputError as `resolve_method` does, and where the method does not know a count
+    or an effort that is given."""
+    method = resolve_method(method, container)
     if count is not None and method != "rasp":
         raise InputError(f"method {method} chooses how many objects it packs; leave --count out, or use --method rasp")
     if effort is not None and method != "dense":
         raise InputError(f"method {method} has no effort; use --method dense")
+    if isinstance(container, FreeBox):
+        rule = None if method == "dense" else method
+        return smallest.pack(bodies, container, settings, device, time_limit, effort, progress, rule)
     if method == "dense":
         return dense.pack(bodies, container, settings, device, time_limit, effort, progress)
-    if method == "spectral":
-        return spectral.pack(bodies, container, settings, device, time_limit, progress)
-    return packing.pack(bodies, container, count, settings, device, time_limit, progress)
+    if method in baselines.RULES:
+        return baselines.pack(bodies, container, settings, device, time_limit, progress, method)
+    return rasp.pack(bodies, container, count, settings, device, time_limit, progress)
 
 
 def pack(
@@ -65,7 +81,7 @@ def pack(
     repeat: int | None = None,
     fit_objects: int | None = None,
     device: str = "cpu",
-    method: str = "rasp",
+    method: str | None = None,
     time_limit: float | None = None,
     effort: int | None = None,
     **settings,

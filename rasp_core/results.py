@@ -13,7 +13,7 @@ import os
 import platform
 import shutil
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
@@ -53,10 +53,12 @@ def save_run(
     certificate: Certificate,
     facts: dict,
     history: np.ndarray | None = None,
+    scenes: Mapping[str, np.ndarray] | None = None,
 ) -> Path:
     """Write a run's folder; each file appears whole or not at all.
 
     facts : further entries of result.json. history : `(I, 5)` losses, the arrangement's own where None.
+    scenes : further scenes' file names, and the poses `(N, 4, 4)` that the bodies have in them.
     Raises InputError where the folder cannot be written.
     """
     folder = check_writable(folder)
@@ -65,7 +67,8 @@ def save_run(
     folder.mkdir(parents=True, exist_ok=True)
     work = Path(tempfile.mkdtemp(dir=folder, prefix=".part-"))
     try:
-        write_scene(work / "scene.glb", arrangement.problem.bodies, arrangement.matrices, arrangement.problem.container)
+        for name, matrices in {"scene.glb": arrangement.matrices, **(scenes or {})}.items():
+            write_scene(work / name, arrangement.problem.bodies, matrices, arrangement.problem.container)
         record = {**describe(arrangement, certificate, history), **facts}
         (work / "result.json").write_text(json.dumps(record, indent=1) + "\n")
         with (work / "history.csv").open("w", newline="") as file:

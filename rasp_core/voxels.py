@@ -22,6 +22,7 @@ VOXEL_SHARE = 1 / 64  # of the container's longest edge
 ROUNDING = 1e-3  # of a voxel that an object may reach into the next
 WASTE = 1.007  # how much longer than the objects' boxes their boxes in voxels may be, for a coarser voxel to be taken
 FLOOR = 1e-2  # Cui's bias towards the floor: voxels of distance that the ceiling costs
+CORNER = 1.0  # Wang & Hauser's bias towards a corner: voxels of height that a step along x or y costs
 THREADED = 50_000  # voxels from which a transform is worth several threads
 
 
@@ -142,6 +143,45 @@ class Room:
             if cost.flat[at] < least:
                 found, least = (turned, np.array(np.unravel_index(at, free.shape))), cost.flat[at]
         return found
+
+    def deepest(self, turns: Iterable[Turned]) -> tuple[Turned, np.ndarray] | None:
+        """The turn and shift that share nothing and whose box's middle lies lowest, then least far along y, then x."""
+        found, least = None, (np.inf,)
+        for turned, item, valid in self._items(turns):
+            free = (self._correlate("taken", item)[valid] < 0.5).transpose(2, 1, 0)
+            if free.any():
+                shift = np.array(np.unravel_index(int(free.argmax()), free.shape))[::-1]
+                middle = tuple((shift + np.array(turned.voxels.shape) / 2)[::-1])
+                if middle < least:
+                    found, least = (turned, shift), middle
+        return found
+
+    def flattest(self, turns: Iterable[Turned]) -> tuple[Turned, np.ndarray] | None:
+        """The turn and shift, dropped from above, that raise the heights of what is there least in the sum."""
+        heights = self._heights()
+        found, least = None, np.inf
+        for turned, item, valid in self._items(turns):
+            free = self._correlate("taken", item)[valid] < 0.5
+            columns = turned.voxels.any(2)
+            low = turned.voxels.argmax(2)[columns]
+            high = turned.voxels.shape[2] - turned.voxels[:, :, ::-1].argmax(2)[columns]
+            under = np.lib.stride_tricks.sliding_window_view(heights, columns.shape)[:, :, columns]
+            landing = (under - low).max(2).clip(0)
+            raised = (landing[..., None] + high - under).sum(2) + CORNER * np.add(*np.indices(landing.shape))
+            lands = landing < free.shape[2]
+            lands[lands] = free[(*np.nonzero(lands), landing[lands])]
+            cost = np.where(lands, raised, np.inf)
+            at = np.unravel_index(int(cost.argmin()), cost.shape)
+            if cost[at] < least:
+                found, least = (turned, np.array([*at, landing[at]])), cost[at]
+        return found
+
+    def _heights(self) -> np.ndarray:
+        """`(X, Y)`: the first voxel above the floor and all that was placed; the room's height where all is wall."""
+        top = self.shape[2]
+        floor = np.where(self.walls.all(2), top, (~self.walls).argmax(2))
+        placed = self.taken & ~self.walls
+        return np.where(placed.any(2), top - placed[:, :, ::-1].argmax(2), floor)
 
     def least_shared(self, turns: Iterable[Turned]) -> tuple[Turned, np.ndarray, float] | None:
         """The turn and shift that share least with what is there, and the shared volume in cubic metres."""

@@ -8,7 +8,7 @@ import torch
 
 from data_fetch import kitchen_like
 from rasp_core import containers, engine
-from rasp_core.arrange import LOSS_NAMES, arrange, draw_images
+from rasp_core.arrange import LOSS_NAMES, arrange
 from rasp_core.certify import certify
 from rasp_core.errors import InputError
 from rasp_core.problem import Problem, Settings, Start
@@ -104,12 +104,6 @@ def test_matrices_place_the_files_own_vertices(problem):
     ):
         expected = (body.vertices - body.centre) @ turn.numpy().T + place.numpy()
         assert body.vertices @ matrix[:3, :3].T + matrix[:3, 3] == pytest.approx(expected, abs=1e-12)
-
-
-def test_images_can_be_drawn_anew(problem):
-    found = arrange(problem, QUICK)
-    blank = replace(found, images=np.zeros_like(found.images))
-    assert draw_images(blank).images == pytest.approx(found.images, abs=1e-3)
 
 
 def test_starts_and_targets_that_do_not_fit_are_refused(problem):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from data_fetch import kitchen_like, torus
-from rasp_core import dense, packing, spectral
+from rasp_core import baselines, dense, packing
 from rasp_core.certify import certify
 from rasp_core.containers import Container, box
 from rasp_core.errors import InputError
@@ -32,7 +32,7 @@ def test_it_is_certified_and_denser_than_its_start(pool, packed):
     densities = [r["density"] for r in packed.rounds]
     assert densities == sorted(densities)
     assert packed.density == pytest.approx(densities[-1])
-    assert packed.density > spectral.pack(pool, ROOM, QUICK).density
+    assert packed.density > baselines.pack(pool, ROOM, QUICK).density
     assert packed.history.shape[1] == 5
 
 

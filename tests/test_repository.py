@@ -21,8 +21,8 @@ ROOT = Path(__file__).resolve().parent.parent
 ORDER = [
     "errors", "o3d", "engine", "meshes", "poses", "cameras", "sdf", "kernels", "kernels_surface", "kernels_silhouettes",
     "containers", "forces", "outlines", "silhouettes", "losses", "contact", "scene", "problem", "checkpoint", "arrange",
-    "certify", "density", "packing", "voxels", "spectral", "dense", "jobs", "sweep", "show", "results", "figures",
-    "widgets", "__main__",
+    "certify", "density", "packing", "voxels", "baselines", "pressing", "rasp", "dense", "smallest", "jobs", "removal",
+    "physics", "sweep", "show", "results", "figures", "widgets", "__main__",
 ]  # fmt: skip
 
 
@@ -87,8 +87,8 @@ def test_data_fetch_imports_nothing_of_the_loop():
 
 
 def test_importing_the_core_loads_nothing_heavy():
-    heavy = ["dask", "distributed", "ipywidgets", "numba", "open3d", "pyvista"]
-    code = f"import sys, rasp_core.packing; print([m for m in {heavy} if m in sys.modules])"
+    heavy = ["coacd", "dask", "distributed", "ipywidgets", "mujoco", "numba", "open3d", "pyvista"]
+    code = f"import sys, rasp_core.jobs; print([m for m in {heavy} if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
 

@@ -3,7 +3,7 @@
 import pytest
 
 from data_fetch import kitchen_like, polycubes, torus
-from rasp_core import packing, spectral
+from rasp_core import baselines, packing
 from rasp_core.certify import certify
 from rasp_core.containers import Container, box
 from rasp_core.errors import InputError
@@ -16,25 +16,25 @@ QUICK = Settings(resolution=64)
 @pytest.mark.parametrize("container", [ROOM, Container(torus(0.15, 0.06))])
 def test_a_placement_is_certified(container):
     pool = kitchen_like(12)
-    packed = spectral.pack(pool, container, QUICK)
+    packed = baselines.pack(pool, container, QUICK)
     assert packed.certificate.holds
     assert certify(packed.arrangement.problem.bodies, packed.arrangement.matrices, container).holds
     assert len(set(packed.chosen)) == len(packed.chosen) >= 2
     assert packed.arrangement.problem.bodies == [pool[i] for i in packed.chosen]
-    assert spectral.pack(pool, container, QUICK).chosen == packed.chosen
+    assert baselines.pack(pool, container, QUICK).chosen == packed.chosen
 
 
 def test_cubes_of_one_size_fill_their_box():
     """Eight cubes in a box of two by two by two."""
     cube = next(body for body in polycubes() if body.volume == min(b.volume for b in polycubes()))
     edge = 2 * cube.half_extents[0]
-    packed = spectral.pack(packing.draw([cube], 12, 0), box([2 * edge] * 3), QUICK)
+    packed = baselines.pack(packing.draw([cube], 12, 0), box([2 * edge] * 3), QUICK)
     assert len(packed.chosen) == 8
     assert packed.certificate.holds
 
 
 def test_rebuilding_keeps_a_placement_whole():
-    placement = spectral.Spectral(packing.draw(polycubes(), 60, 0), box((0.3, 0.3, 0.3)), seed=1)
+    placement = baselines.Placement(packing.draw(polycubes(), 60, 0), box((0.3, 0.3, 0.3)), seed=1)
     placement.fill()
     first = best = placement.density
     for _ in range(40):
@@ -48,13 +48,13 @@ def test_rebuilding_keeps_a_placement_whole():
 
 
 def test_more_time_is_used_for_more_placements():
-    packed = spectral.pack(kitchen_like(8), ROOM, QUICK, time_limit=3)
+    packed = baselines.pack(kitchen_like(8), ROOM, QUICK, time_limit=3)
     assert len(packed.rounds) > 1
     assert packed.density == pytest.approx(max(r["density"] for r in packed.rounds))
 
 
 def test_bad_input_is_refused():
     with pytest.raises(InputError, match="nothing to pack"):
-        spectral.pack([], ROOM)
+        baselines.pack([], ROOM)
     with pytest.raises(InputError, match="larger than the container"):
-        spectral.pack(kitchen_like(3), box((0.02, 0.02, 0.02)))
+        baselines.pack(kitchen_like(3), box((0.02, 0.02, 0.02)))

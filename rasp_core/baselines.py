@@ -1,6 +1,10 @@
-"""Spectral placement: objects one after the other, largest first, each where it lies most snugly (Cui et al. 2023).
+"""Baselines: objects one after the other, largest first, each in one of 24 turns where a rule puts it.
 
-And the same, ruined and built again: what lies about a random place is taken out, and the container filled anew.
+- spectral: where it lies most snugly (Cui et al. 2023, Dense, Interlocking-Free and Scalable Spectral Packing);
+- dblf: deepest, then furthest back, then furthest left, holes included (Wang et al. 2010, Two natural heuristics);
+- heightmap: dropped from above where it raises the surface least (Wang & Hauser 2021, Dense robotic packing).
+
+Any of them can be ruined and built again: what lies about a random place is taken out, and the container filled anew.
 """
 
 from __future__ import annotations
@@ -10,14 +14,15 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 import torch
-from tqdm.auto import tqdm
 
 from .containers import Container
+from .errors import InputError
 from .meshes import Body
-from .packing import Packing, check_sizes, finish
+from .packing import Packing, check_sizes, finish, progress_bar
 from .problem import Settings, Start
 from .voxels import Room, Turned, choose_voxel, quarter_turns
 
+RULES = {"spectral": Room.snuggest, "dblf": Room.deepest, "heightmap": Room.flattest}
 SHUFFLE = 0.15  # spread of the logarithm by which the volumes' order is shaken when the container is filled anew
 TEMPERATURE = 0.003  # density that a rebuilding may lose now and then
 LARGEST_RUIN = 0.5  # share of the objects taken out at once
@@ -30,43 +35,57 @@ def pack(
     device: str | torch.device = "cpu",
     time_limit: float | None = None,
     progress: bool = False,
+    rule: str = "spectral",
+    sequences: int = 1,
 ) -> Packing:
-    """The baseline: one placement, largest first; with a time limit in seconds, the best of as many in shaken orders as
-    it allows. settings : seed and resolution count. Raises InputError as `dense.pack` does."""
+    """One placement, the largest first; or the best of more, in shaken orders.
+
+    rule : one of RULES. sequences : orders tried. time_limit : seconds; where it is given, as many as it allows.
+    settings : seed and resolution count. Raises InputError as `dense.pack` does, and for an unknown rule.
+    """
     settings = settings or Settings()
+    if rule not in RULES:
+        raise InputError(f"rule {rule!r} is unknown; use one of {', '.join(RULES)}")
     check_sizes(bodies, container)
     began = time.monotonic()
 
     def late() -> bool:
         return time_limit is not None and time.monotonic() - began > time_limit
 
-    spectral, best, rounds = Spectral(bodies, container, settings.seed), ({}, 0.0), []
-    with tqdm(desc="spectral", unit="placement", disable=not progress, leave=False) as bar:
-        while not rounds or (time_limit is not None and not late()):
-            spectral.placed = {}
-            spectral.fill(spectral.shaken() if rounds else None, late)
-            if spectral.density > best[1]:
-                best = spectral.placed, spectral.density
-            rounds.append({"objects": len(spectral.placed), "density": spectral.density})
+    placement, best, rounds = Placement(bodies, container, settings.seed, rule), ({}, 0.0), []
+    with progress_bar(rule, "placement", progress) as bar:
+        while not rounds or (len(rounds) < sequences if time_limit is None else not late()):
+            placement.placed = {}
+            placement.fill(placement.shaken() if rounds else None, late)
+            if placement.density > best[1]:
+                best = placement.placed, placement.density
+            rounds.append({"objects": len(placement.placed), "density": placement.density})
             bar.update()
             bar.set_postfix_str(f"density {best[1]:.4f}")
-    spectral.placed = best[0]
-    return finish(bodies, list(best[0]), spectral.start, container, settings, device, rounds=rounds)
+    placement.placed = best[0]
+    return finish(bodies, list(best[0]), placement.start, container, settings, device, rounds=rounds)
 
 
-class Spectral:
+class Placement:
     """A placement under way.
 
     placed : index in the pool -> turn and shift, in the order of placing.
     """
 
-    def __init__(self, pool: Sequence[Body], container: Container, seed: int = 0):
+    def __init__(self, pool: Sequence[Body], container: Container, seed: int = 0, rule: str = "spectral"):
+        self.rule = RULES[rule]
         self.pool, self.container = pool, container
         self.volumes = np.array([body.volume for body in pool])
         self.room = Room(container, choose_voxel(pool, container))
         self.random = np.random.default_rng(seed)
         self.turns: dict[str, list[Turned]] = {}
         self.placed: dict[int, tuple[Turned, np.ndarray]] = {}
+
+    def enter(self, container: Container, keep: bool = False) -> None:
+        """Go on in another container; with `keep`, what is placed stays as far from its lowest corner as it was."""
+        self.container, self.room = container, Room(container, self.room.voxel)
+        if not keep:
+            self.placed = {}
 
     @property
     def density(self) -> float:
@@ -98,7 +117,7 @@ class Spectral:
                 continue
             if stop():
                 return
-            place = self.room.snuggest(self._turns(body))
+            place = self.rule(self.room, self._turns(body))
             if place is None:
                 refused.add(body.digest)
                 continue

@@ -1,0 +1,160 @@
+"""Objects put into voids and pressed apart until exact booleans find nothing: what the kit's own searches share.
+
+Eq. 4 and 5 and surface contact press; contact alone takes the rest; exact booleans judge. Eq. 5 acts only beyond the
+wall here: with the paper's epsilon of 1 cm it presses together what lies along a wall.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+
+import numpy as np
+import torch
+
+from . import losses, poses
+from .arrange import Arrangement, arrange
+from .certify import TOLERANCE, certify
+from .containers import Container
+from .meshes import Body
+from .problem import Problem, Settings, Start
+from .scene import Scene
+from .sdf import GridStack
+from .voxels import Room, Turned
+
+VOIDS = 48  # voxels along the container's longest edge, in which voids are looked for
+TURNS = 16  # rotations looked at for each object
+POINTS = 30_000  # query points, at most: contact sees what lies between them
+NEARLY = 20 * TOLERANCE  # faults that settling again may still take away
+SETTLINGS = 3
+RATE = 0.033  # of a mean object's radius: the first step while pressing
+CLEARANCE = 6e-4  # contact margin, of the viewing width
+SKIN = 3e-4  # of the viewing width: Eq. 5's epsilon
+
+
+class Press:
+    """Works on some of a pool's objects, given as indices into it and poses in their order, in a container.
+
+    spent : says when time is over; pressing then ends, and nothing counts as settled.
+    """
+
+    def __init__(
+        self,
+        pool: Sequence[Body],
+        container: Container,
+        settings: Settings,
+        device: torch.device,
+        random: np.random.Generator,
+        spent: Callable[[], bool],
+    ):
+        self.pool, self.settings, self.device = list(pool), settings, device
+        self.random, self.spent = random, spent
+        self.radius = float(np.mean([body.radius for body in pool]))
+        self.stack = GridStack.of_bodies(pool, device)
+        self.half = torch.tensor(np.array([body.half_extents for body in pool]), device=device).float()
+        self.history: list[np.ndarray] = []
+        self.enter(container)
+
+    def enter(self, container: Container) -> None:
+        """Work in this container from now on."""
+        self.container, self.cameras = container, container.views()
+        self.width = max(camera.width for camera in self.cameras)
+        self.room = Room(container, float(np.ptp(container.bounds, axis=0).max()) / VOIDS, margin=0.0)
+        self._scene: tuple[list[int], Scene] | None = None
+
+    # -- voids -------------------------------------------------------------------------------------------------------
+
+    def look(self, chosen: list[int], start: Start) -> None:
+        """Note where these objects lie, for `least_shared`."""
+        if not chosen:
+            self.room.clear()
+            return
+        origin = torch.tensor(self.room.origin + self.room.voxel / 2, device=self.device).float()
+        lattice = losses.Lattice(origin, self.room.voxel, tuple(map(int, self.room.shape)), None)
+        place = (x.to(self.device).float() for x in (start.rotation, start.translation))
+        taken = losses.occupancy(self.stack.take(chosen), self.half[chosen], *place, lattice)
+        self.room.clear(taken.cpu().numpy() > 0)
+
+    def least_shared(self, candidates: Iterable[int], least: float) -> tuple[int, Start, float] | None:
+        """The object, its pose, and the volume in cubic metres that it shares with what `look` saw: the least of all;
+        None where all share `least` or more."""
+        found = None
+        for index in map(int, candidates):
+            place = self.room.least_shared(self._turned(index))
+            if place is not None and place[2] < least:
+                found, least = (index, *place[:2]), place[2]
+        if found is None:
+            return None
+        index, turned, shift = found
+        centre = self.room.centre(turned, shift)
+        return index, Start(torch.from_numpy(turned.rotation)[None], torch.from_numpy(centre)[None]), least
+
+    def _turned(self, index: int) -> Iterable[Turned]:
+        """An object of the pool in random rotations, as voxels."""
+
+        def inside(places: np.ndarray) -> np.ndarray:
+            points = torch.from_numpy(places).to(self.device).float()
+            own = torch.full((len(points),), index, device=self.device)
+            return (self.stack.sample(own, points)[0] < 0).cpu().numpy()
+
+        generator = torch.Generator().manual_seed(int(self.random.integers(2**31)))
+        for rotation in poses.quaternion_to_rotation(poses.random_quaternions(TURNS, generator, torch.float64)).numpy():
+            yield Turned.filling(self.half[index].cpu().numpy(), inside, rotation, self.room.voxel)
+
+    # -- pressing ----------------------------------------------------------------------------------------------------
+
+    def apart(self, chosen: list[int], start: Start, seed: int) -> tuple[Start, float]:
+        """Press the objects apart; the poses, and the overlap left: the integral of its depth, metres to the fourth."""
+        press = replace(self._settle_settings(seed), overlap_weight=1.0, lambda_=3.0, iterations=80)
+        rate = 3 * press.learning_rate
+        run = self._arrange(chosen, start, replace(press, learning_rate=rate, final_learning_rate=rate / 6))
+        return run.start, float(run.history[-5:, 2].mean()) * self.container.volume / press.query_points
+
+    def settle(self, chosen: list[int], start: Start, seed: int) -> Start | None:
+        """Take the last thin overlaps away by contact alone; None where the certificate does not come to hold."""
+        bodies = [self.pool[index] for index in chosen]
+        for _ in range(SETTLINGS):
+            run = self._arrange(chosen, start, self._settle_settings(seed))
+            if self.spent():
+                return None
+            certificate = certify(bodies, run.matrices, self.container, TOLERANCE)
+            if certificate.holds:
+                return run.start
+            if max(certificate.worst_overlap, certificate.worst_protrusion) > NEARLY:
+                return None
+            start = run.start
+        return None
+
+    def _settle_settings(self, seed: int) -> Settings:
+        rate = RATE / 3 * self.radius / self.width
+        return replace(
+            self.settings,
+            iterations=60,
+            learning_rate=rate,
+            final_learning_rate=rate / 20,
+            silhouette_weight=0.0,
+            overlap_weight=0.0,
+            lambda_=0.0,
+            epsilon=SKIN * self.width,
+            contact_weight=1.0,
+            contact_margin=CLEARANCE * self.width,
+            query_points=min(POINTS, self.settings.query_points),
+            seed=seed,
+        )
+
+    def _arrange(self, chosen: list[int], start: Start, settings: Settings) -> Arrangement:
+        bodies = [self.pool[index] for index in chosen]
+        if self._scene is None or self._scene[0] != chosen:
+            self._scene = list(chosen), Scene(bodies, self.container, self.cameras, self.device)
+        problem = Problem(bodies, self.container)
+        run = arrange(problem, settings, start, self.device, scene=self._scene[1], callback=lambda _step: self.spent())
+        if run.interrupted and not self.spent():
+            raise KeyboardInterrupt
+        self.history.append(run.history)
+        return run
+
+
+def join(first: Start, second: Start) -> Start:
+    """The poses of both, in order."""
+    pairs = (first.rotation, second.rotation), (first.translation, second.translation)
+    return Start(*(torch.cat([a, b.to(a.dtype)]) for a, b in pairs))

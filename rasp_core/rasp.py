@@ -1,0 +1,215 @@
+"""The paper's method: random poses, Eq. 1, then objects dropped or added until N = N_max, judged by exact booleans.
+
+The paper: N_init = |C| / mean |O| objects at random poses, Eq. 1, then objects are added or dropped until N = N_max,
+the most that fit with no intersection. It departs from the text so:
+
+- every round goes on from the poses of the round before instead of from new random ones;
+- what is dropped is chosen: the objects that share the most volume with others, for their own volume (by booleans);
+- what is added starts where, of random rotations and all places, it shares the least volume with the others;
+- lambda is WALL_WEIGHT: with the paper's 0.001 the overlap term, a sum over points of depths in metres, outweighs the
+  walls by far and pushes everything out of the box;
+- a last stage has surface contact (`contact.contact`) alone, which sees overlaps thinner than the spacing of the
+  query points; where objects are added, Eq. 5 acts beyond the walls only (`pressing`).
+"""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import torch
+
+from . import losses
+from .arrange import arrange
+from .certify import TOLERANCE, certify
+from .containers import Container
+from .density import mesh_density
+from .errors import InputError
+from .meshes import Body
+from .packing import Packing, check_sizes, finish, progress_bar
+from .pressing import Press, join
+from .problem import Problem, Settings, Start
+
+FIRST_ROUND = 0.15  # of `iterations`: the length of the first and the settling rounds; those between take a quarter
+WALL_WEIGHT = 3.0  # what the paper's lambda of 0.001 becomes while packing
+CLEARANCE = 3e-4  # contact margin, in viewing widths
+RESOLVABLE = 0.01  # share of overlapping volume that the last stage can press out
+LARGEST_DROP = 0.08  # share of the objects dropped in one round
+PATIENCE = 12  # objects in a row that could not be added, after which N_max is reached
+CANDIDATES = 4  # objects of which the one that shares least is added
+HOPELESS_SHARED = 0.15  # of a mean object's volume
+STALLED = 0.7  # a settling round that leaves more than this of the worst fault has stalled
+
+
+def initial_count(bodies: Sequence[Body], container: Container) -> int:
+    """The paper's `N_init = |C| / mean |O|`, at least 1 and at most all of them."""
+    mean = float(np.mean([body.volume for body in bodies]))
+    return int(np.clip(round(container.volume / mean), 1, len(bodies)))
+
+
+def pack(
+    bodies: Sequence[Body],
+    container: Container,
+    count: int | None = None,
+    settings: Settings | None = None,
+    device: str | torch.device = "cpu",
+    time_limit: float | None = None,
+    progress: bool = False,
+) -> Packing:
+    """Pack objects into a container and certify the result.
+
+    count None: start from `initial_count` objects of the pool in seeded order and drop objects until the certificate
+    holds. A number: arrange exactly the first that many of that order, without search, and report what is.
+    settings : learning rates, contact terms and, when searching, the weight of the walls are the search's own (see
+    above); lambda_ scales the latter. A search makes about two to five times `settings.iterations` iterations.
+    time_limit : seconds; then, or at Ctrl-C, the objects at fault are dropped as they lie.
+
+    Raises InputError for no bodies, a count out of range, or bodies larger than the container.
+    """
+    settings = settings or Settings()
+    check_sizes(bodies, container)
+    if count is not None and not 1 <= count <= len(bodies):
+        raise InputError(f"count must lie between 1 and the {len(bodies)} objects given, got {count}")
+    order = np.random.default_rng(settings.seed).permutation(len(bodies))
+    chosen = [int(i) for i in order[: count or initial_count(bodies, container)]]
+    run = _Run(bodies, container, chosen, settings, device, time_limit, progress)
+    with run.bar:
+        return run.fixed() if count is not None else run.search()
+
+
+class _Run:
+    """One packing under way."""
+
+    def __init__(self, pool, container, chosen, settings, device, time_limit, progress):
+        self.pool, self.container, self.chosen = pool, container, chosen
+        self.settings, self.device = settings, device
+        self.deadline = None if time_limit is None else time.monotonic() + time_limit
+        self.start = Start.random(self.bodies, container, settings.seed)
+        self.histories, self.rounds = [], []
+        self.bar = progress_bar("pack", "it", progress)
+
+    @property
+    def bodies(self) -> list[Body]:
+        return [self.pool[i] for i in self.chosen]
+
+    def fixed(self) -> Packing:
+        self._round(self.settings)
+        return Packing(self.arrangement, self.chosen, self.certificate, self.arrangement.history, self.rounds)
+
+    def search(self) -> Packing:
+        length = max(1, round(FIRST_ROUND * self.settings.iterations))
+        base = replace(
+            self.settings,
+            iterations=length,
+            lambda_=self.settings.lambda_ * WALL_WEIGHT / losses.LAMBDA,
+            learning_rate=2e-2,
+            final_learning_rate=3e-3,
+        )
+        self._round(base)
+        relax = replace(base, iterations=max(1, length // 4), learning_rate=8e-3, final_learning_rate=2e-3)
+        while not self.stopped and self.fault_share > RESOLVABLE:
+            self._drop(max(1, int(len(self.chosen) * min(LARGEST_DROP, self.fault_share))))
+            self._round(relax)
+        settle = replace(
+            base,
+            learning_rate=3e-3,
+            final_learning_rate=1e-4,
+            silhouette_weight=0.0,
+            overlap_weight=0.0,
+            lambda_=0.0,
+            contact_weight=1.0,
+            contact_margin=CLEARANCE * max(camera.width for camera in self.container.views()),
+        )
+        before = np.inf
+        while not self.stopped and not self.certificate.holds:
+            if self.worst > STALLED * before:
+                self._drop(1)
+            before = self.worst
+            self._round(settle)
+        while not self.certificate.holds:  # stopped early: what is left must hold as it lies
+            self._drop(1)
+            self._judge()
+        self._add()
+        interrupted = self.stopped or self._late()
+        return finish(
+            *(self.pool, self.chosen, self.start, self.container, self.settings, self.device),
+            *(self.histories, self.rounds, interrupted),
+        )
+
+    def _add(self) -> None:
+        """Objects one by one, each kept where the certificate then holds, until PATIENCE of them in a row could not be
+        added."""
+        random, refused, mean = np.random.default_rng(self.settings.seed), 0, np.mean([b.volume for b in self.pool])
+        press = Press(self.pool, self.container, self.settings, self.device, random, self._late)
+        for seed in itertools.count(self.settings.seed):
+            rest = np.setdiff1d(np.arange(len(self.pool)), self.chosen)
+            if not len(rest) or refused == PATIENCE or self.stopped:
+                break
+            refused += 1
+            press.look(self.chosen, self.start)
+            candidates = random.choice(rest, min(CANDIDATES, len(rest)), replace=False)
+            found = press.least_shared(candidates, HOPELESS_SHARED * mean)
+            if found is None:
+                continue
+            chosen = [*self.chosen, found[0]]
+            start = press.settle(chosen, press.apart(chosen, join(self.start, found[1]), seed)[0], seed)
+            if start is not None:
+                self.chosen, self.start, refused = chosen, start, 0
+                self._record(added=True)
+        self.histories += press.history
+
+    @property
+    def stopped(self) -> bool:
+        return self.arrangement.interrupted
+
+    @property
+    def worst(self) -> float:
+        return max(self.certificate.worst_overlap, self.certificate.worst_protrusion)
+
+    @property
+    def fault_share(self) -> float:
+        faults = self.certificate.overlap_volume + self.certificate.protrusion_volume
+        return faults / sum(body.volume for body in self.bodies)
+
+    def _round(self, settings: Settings) -> None:
+        problem = Problem(self.bodies, self.container)
+        self.arrangement = arrange(problem, settings, self.start, self.device, callback=self._after_step)
+        self.start = self.arrangement.start
+        self.histories.append(self.arrangement.history)
+        self._judge()
+
+    def _after_step(self, _step) -> bool:
+        self.bar.update()
+        return self._late()
+
+    def _late(self) -> bool:
+        return self.deadline is not None and time.monotonic() > self.deadline
+
+    def _judge(self) -> None:
+        self.certificate = certify(self.bodies, self.arrangement.matrices, self.container, TOLERANCE)
+        self._record(added=False)
+
+    def _record(self, added: bool) -> None:
+        density, share = mesh_density(self.bodies, self.container), 0.0 if added else self.fault_share
+        self.rounds.append({"added": added, "objects": len(self.chosen), "density": density, "fault_share": share})
+        self.bar.set_postfix_str(f"objects {len(self.chosen)}, density {density:.4f}, overlap {share:.1e}")
+
+    def _drop(self, count: int) -> None:
+        """Take out the `count` objects with the most volume at fault for their own volume."""
+        if len(self.chosen) <= count:
+            raise InputError("not one of the objects could be placed in the container; enlarge it or leave some out")
+        at_fault = dict.fromkeys((body.name for body in self.bodies), 0.0)
+        for overlap in self.certificate.overlaps:
+            at_fault[overlap.first] += overlap.volume
+            at_fault[overlap.second] += overlap.volume
+        for protrusion in self.certificate.protrusions:
+            at_fault[protrusion.body] += protrusion.volume
+        share = np.array([at_fault[body.name] / body.volume for body in self.bodies])
+        keep = sorted(np.argsort(-share, kind="stable")[count:].tolist())
+        self.chosen = [self.chosen[i] for i in keep]
+        self.start = self.start.take(keep)
+        problem = replace(self.arrangement.problem, bodies=self.bodies)
+        self.arrangement = replace(self.arrangement, problem=problem, **vars(self.start))

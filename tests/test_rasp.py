@@ -1,0 +1,96 @@
+"""The paper's packings are certified, seeded, and refuse what cannot fit."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from data_fetch import kitchen_like, torus
+from rasp_core import rasp
+from rasp_core.certify import certify
+from rasp_core.containers import Container, box
+from rasp_core.errors import InputError
+from rasp_core.meshes import make_body
+from rasp_core.problem import Settings
+
+QUICK = Settings(iterations=200, query_points=10_000, resolution=64)
+ROOM = box((0.2, 0.2, 0.2))
+
+
+@pytest.fixture(scope="module")
+def pool():
+    return kitchen_like(24)
+
+
+def test_a_search_ends_with_a_certified_packing_of_different_objects(pool):
+    packed = rasp.pack(pool, ROOM, settings=QUICK)
+    arrangement = packed.arrangement
+    assert packed.certificate.holds
+    assert certify(arrangement.problem.bodies, arrangement.matrices, ROOM).holds
+    assert [pool[i] for i in packed.chosen] == arrangement.problem.bodies
+    assert len(set(packed.chosen)) == len(packed.chosen) >= 3
+    assert packed.density == pytest.approx(sum(pool[i].volume for i in packed.chosen) / 0.008)
+    assert packed.rounds[-1]["objects"] == len(packed.chosen)
+    assert packed.history.shape[1] == 5
+    again = rasp.pack(pool, ROOM, settings=QUICK)
+    assert again.chosen == packed.chosen
+    assert np.array_equal(again.arrangement.matrices, arrangement.matrices)
+
+
+def test_a_mesh_container_with_a_hole_is_packed(pool):
+    ring = Container(torus(0.15, 0.06))
+    packed = rasp.pack(pool, ring, settings=QUICK)
+    assert packed.certificate.holds
+    assert len(packed.chosen) >= 2
+
+
+def test_a_fixed_count_is_arranged_without_search_and_reported_as_it_is(pool):
+    packed = rasp.pack(pool, ROOM, count=20, settings=QUICK)
+    assert len(packed.chosen) == 20
+    assert len(packed.history) == QUICK.iterations
+    assert not packed.certificate.holds, "twenty objects of 8 cm do not fit into 20 cm in 200 iterations"
+
+
+def test_a_time_limit_ends_with_what_holds_as_it_lies(pool):
+    packed = rasp.pack(pool, ROOM, settings=QUICK, time_limit=1e-3)
+    assert packed.certificate.holds
+    assert packed.arrangement.interrupted
+    bodies, matrices = packed.arrangement.problem.bodies, packed.arrangement.matrices
+    assert len(bodies) == len(packed.chosen)
+    assert certify(bodies, matrices, ROOM).holds
+    # the images are of what is left
+    covered = (packed.arrangement.images >= 0.5).mean()
+    assert 0 < covered < 0.8
+
+
+def test_the_initial_count_is_the_papers(pool):
+    mean = np.mean([body.volume for body in pool])
+    assert rasp.initial_count(pool, box((0.1, 0.1, 0.1))) == round(0.001 / mean)
+    assert rasp.initial_count(pool, box((9, 9, 9))) == len(pool)
+    assert rasp.initial_count(pool, box((0.01, 0.01, 0.01))) == 1
+
+
+def test_a_pool_of_which_nothing_can_be_placed_says_so():
+    """Two blocks that fill the room each but for a hair: their tests of size pass, their packing cannot."""
+    cube = trimesh.creation.box([0.1999] * 3)
+    blocks = [make_body(name, cube.vertices, cube.faces) for name in "ab"]
+    with pytest.raises(InputError, match="not one of the objects"):
+        rasp.pack(blocks, ROOM, settings=QUICK, time_limit=0.01)
+
+
+@pytest.mark.parametrize("count", [0, 25, -1])
+def test_impossible_counts_are_refused(pool, count):
+    with pytest.raises(InputError, match="count must lie between 1 and the 24"):
+        rasp.pack(pool, ROOM, count)
+    with pytest.raises(InputError, match="nothing to pack"):
+        rasp.pack([], ROOM)
+
+
+def test_a_search_adds_what_still_fits(pool):
+    """Few objects are left by dropping from a start that a short first round spoils; then others are added."""
+    packed = rasp.pack(pool, ROOM, settings=QUICK)
+    added = [r for r in packed.rounds if r["added"]]
+    dropped = [r for r in packed.rounds if not r["added"]]
+    assert added
+    assert packed.certificate.holds
+    assert packed.density == pytest.approx(max(r["density"] for r in added))
+    assert packed.density > dropped[-1]["density"]
