@@ -16,6 +16,7 @@ from . import losses, poses
 from .arrange import Arrangement, arrange
 from .certify import TOLERANCE, certify
 from .containers import Container
+from .mending import mend
 from .meshes import Body
 from .problem import Problem, Settings, Start
 from .scene import Scene
@@ -26,7 +27,6 @@ VOIDS = 48  # voxels along the container's longest edge, in which voids are look
 TURNS = 16  # rotations looked at for each object
 POINTS = 30_000  # query points, at most: contact sees what lies between them
 NEARLY = 20 * TOLERANCE  # faults that settling again may still take away
-SETTLINGS = 3
 RATE = 0.033  # of a mean object's radius: the first step while pressing
 CLEARANCE = 6e-4  # contact margin, of the viewing width
 SKIN = 3e-4  # of the viewing width: Eq. 5's epsilon
@@ -95,7 +95,7 @@ class Press:
         def inside(places: np.ndarray) -> np.ndarray:
             points = torch.from_numpy(places).to(self.device).float()
             own = torch.full((len(points),), index, device=self.device)
-            return (self.stack.sample(own, points)[0] < 0).cpu().numpy()
+            return (self.stack.nearest(own, points) < 0).cpu().numpy()
 
         generator = torch.Generator().manual_seed(int(self.random.integers(2**31)))
         for rotation in poses.quaternion_to_rotation(poses.random_quaternions(TURNS, generator, torch.float64)).numpy():
@@ -113,17 +113,15 @@ class Press:
     def settle(self, chosen: list[int], start: Start, seed: int) -> Start | None:
         """Take the last thin overlaps away by contact alone; None where the certificate does not come to hold."""
         bodies = [self.pool[index] for index in chosen]
-        for _ in range(SETTLINGS):
-            run = self._arrange(chosen, start, self._settle_settings(seed))
-            if self.spent():
-                return None
-            certificate = certify(bodies, run.matrices, self.container, TOLERANCE)
-            if certificate.holds:
-                return run.start
-            if max(certificate.worst_overlap, certificate.worst_protrusion) > NEARLY:
-                return None
-            start = run.start
-        return None
+        run = self._arrange(chosen, start, self._settle_settings(seed))
+        if self.spent():
+            return None
+        certificate = certify(bodies, run.matrices, self.container, TOLERANCE)
+        if certificate.holds:
+            return run.start
+        if max(certificate.worst_overlap, certificate.worst_protrusion) > NEARLY:
+            return None
+        return mend(bodies, run.start, self.container)
 
     def _settle_settings(self, seed: int) -> Settings:
         rate = RATE / 3 * self.radius / self.width

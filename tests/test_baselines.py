@@ -1,4 +1,4 @@
-"""Spectral placement is certified, and rebuilding does not spoil it."""
+"""Baselines are certified, and rebuilding does not spoil a placement."""
 
 import pytest
 
@@ -13,22 +13,24 @@ ROOM = box((0.22, 0.2, 0.2))
 QUICK = Settings(resolution=64)
 
 
+@pytest.mark.parametrize("rule", baselines.RULES)
 @pytest.mark.parametrize("container", [ROOM, Container(torus(0.15, 0.06))])
-def test_a_placement_is_certified(container):
+def test_a_placement_is_certified(container, rule):
     pool = kitchen_like(12)
-    packed = baselines.pack(pool, container, QUICK)
+    packed = baselines.pack(pool, container, QUICK, rule=rule)
     assert packed.certificate.holds
     assert certify(packed.arrangement.problem.bodies, packed.arrangement.matrices, container).holds
     assert len(set(packed.chosen)) == len(packed.chosen) >= 2
     assert packed.arrangement.problem.bodies == [pool[i] for i in packed.chosen]
-    assert baselines.pack(pool, container, QUICK).chosen == packed.chosen
+    assert baselines.pack(pool, container, QUICK, rule=rule).chosen == packed.chosen
 
 
-def test_cubes_of_one_size_fill_their_box():
+@pytest.mark.parametrize("rule", baselines.RULES)
+def test_cubes_of_one_size_fill_their_box(rule):
     """Eight cubes in a box of two by two by two."""
     cube = next(body for body in polycubes() if body.volume == min(b.volume for b in polycubes()))
     edge = 2 * cube.half_extents[0]
-    packed = baselines.pack(packing.draw([cube], 12, 0), box([2 * edge] * 3), QUICK)
+    packed = baselines.pack(packing.draw([cube], 12, 0), box([2 * edge] * 3), QUICK, rule=rule)
     assert len(packed.chosen) == 8
     assert packed.certificate.holds
 
@@ -53,7 +55,15 @@ def test_more_time_is_used_for_more_placements():
     assert packed.density == pytest.approx(max(r["density"] for r in packed.rounds))
 
 
+def test_more_sequences_are_tried():
+    packed = baselines.pack(kitchen_like(8), ROOM, QUICK, rule="dblf", sequences=3)
+    assert len(packed.rounds) == 3
+    assert packed.density == pytest.approx(max(r["density"] for r in packed.rounds))
+
+
 def test_bad_input_is_refused():
+    with pytest.raises(InputError, match=r"rule 'magic'.*spectral, dblf, heightmap"):
+        baselines.pack(kitchen_like(3), ROOM, rule="magic")
     with pytest.raises(InputError, match="nothing to pack"):
         baselines.pack([], ROOM)
     with pytest.raises(InputError, match="larger than the container"):

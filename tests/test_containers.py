@@ -67,3 +67,19 @@ def test_impossible_boxes_are_refused(text):
 def test_a_mesh_that_is_not_there_is_named():
     with pytest.raises(MeshError, match=r"gone\.stl"):
         containers.parse("gone.stl")
+
+
+@pytest.mark.parametrize(
+    ("text", "edges"),
+    [("auto", (2, 2, 2)), ("auto:cube", (2, 2, 2)), ("auto:4,2,*", (4, 2, 1)), ("auto:*,0.5,*", (4, 0.5, 4))],
+)
+def test_a_box_to_be_found_is_sized(text, edges):
+    shape = containers.parse(text)
+    assert shape.sized(8.0) == pytest.approx(np.array(edges))
+    assert shape.cube == (text == "auto:cube")
+
+
+@pytest.mark.parametrize("text", ["auto:1,2,3", "auto:1,*", "auto:ball", "auto:-1,1,*", "auto:nan,1,*", "auto:0,1,*"])
+def test_a_box_that_cannot_be_found_is_refused(text):
+    with pytest.raises(InputError, match="write auto, auto:cube"):
+        containers.parse(text)

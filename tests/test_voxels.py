@@ -83,12 +83,45 @@ def test_placement_is_the_naive_searchs(seed):
     assert cost[tuple(shift)] <= cost.min() + voxels.FLOOR
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_the_deepest_place_is_the_naive_searchs(seed):
+    room, turned = Room(ROOM, 0.01), blocky(seed)
+    room.clear(np.random.default_rng(seed).random(room.shape) < 0.05)
+    free = np.argwhere(naive(room, turned, room.taken) == 0)
+    _, shift = room.deepest([turned])
+    assert tuple(shift) == tuple(min(free.tolist(), key=lambda s: s[::-1]))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_flattest_place_is_the_naive_searchs(seed):
+    """Dropped voxel by voxel on what is there, at every place; the sum of the raised heights is the least."""
+    room, turned = Room(ROOM, 0.01), blocky(seed)
+    for k, at in enumerate([(0, 0, 0), (4, 3, 0), (5, 5, 0), (0, 4, 0)]):
+        room.place(blocky(k), np.array(at))
+    top = room.shape[2]
+    heights = np.where(room.taken.any(2), top - room.taken[:, :, ::-1].argmax(2), 0)
+    costs = {}
+    for i, j in np.ndindex(*(room.shape[:2] - turned.voxels.shape[:2] + 1)):
+        under = heights[i : i + turned.voxels.shape[0], j : j + turned.voxels.shape[1]]
+        landed = next(k for k in range(top) if all(k + z >= under[x, y] for x, y, z in np.argwhere(turned.voxels)))
+        if landed + turned.voxels.shape[2] <= top:
+            raised = sum(
+                landed + column.nonzero()[0].max() + 1 - under[x, y]
+                for (x, y), column in ((xy, turned.voxels[xy]) for xy in np.ndindex(under.shape))
+                if column.any()
+            )
+            costs[i, j, landed] = raised + voxels.CORNER * (i + j)
+    _, shift = room.flattest([turned])
+    assert costs[tuple(shift)] == min(costs.values())
+
+
 def test_nothing_fits_a_full_room_or_one_that_is_too_small():
     room = Room(ROOM, 0.01)
     assert room.snuggest([blocky(0, (11, 1, 1))]) is None
     assert room.least_shared([blocky(0, (1, 9, 1))]) is None
     room.clear(np.ones(room.shape, bool))
-    assert room.snuggest([blocky(0)]) is None
+    for rule in (room.snuggest, room.deepest, room.flattest):
+        assert rule([blocky(0)]) is None
 
 
 def test_a_meshs_walls_are_taken():

@@ -1,0 +1,68 @@
+"""Slopes against finite differences of the booleans; what overlaps by a hair is parted, what overlaps much is not."""
+
+import numpy as np
+import pytest
+import torch
+import trimesh
+
+from data_fetch import kitchen_like
+from rasp_core import mending, poses
+from rasp_core.arrange import file_to_world
+from rasp_core.certify import certify
+from rasp_core.containers import box
+from rasp_core.meshes import make_body
+from rasp_core.problem import Start
+
+
+def block(name, *edges):
+    mesh = trimesh.creation.box(edges)
+    return make_body(name, mesh.vertices, mesh.faces)
+
+
+def start(*centres):
+    turn = poses.angles_to_rotation(torch.tensor([[0.2, 0.1, 0.3], [0.0, 0.0, 0.0], [0.1, 0.4, 0.0]]).double())
+    return Start(turn[: len(centres)], torch.tensor(centres, dtype=torch.float64))
+
+
+def test_slopes_are_those_of_the_volume():
+    bodies, there = kitchen_like(2), start((0, 0, 0), (0.02, 0.01, 0.005))
+    ((movers, common, volume, share),) = mending._faults(bodies, there, box((9, 9, 9)), None)
+    assert share == pytest.approx(volume / min(body.volume for body in bodies))
+    index, solid = movers[1]
+    force, moment = mending._slope(common, solid, there.translation[index].numpy())
+
+    def shared(shift, turn):
+        moved = Start(
+            torch.cat(
+                [there.rotation[:1], poses.angles_to_rotation(torch.tensor([turn]).double()) @ there.rotation[1:]]
+            ),
+            there.translation + torch.tensor([[0.0, 0, 0], shift]).double(),
+        )
+        return mending._faults(bodies, moved, box((9, 9, 9)), None)[0][2]
+
+    for axis in np.eye(3) * 1e-6:
+        still = [0.0, 0.0, 0.0]
+        assert (shared(list(axis), still) - shared(list(-axis), still)) / 2e-6 == pytest.approx(
+            force @ axis / 1e-6, rel=1e-3, abs=1e-9
+        )
+        turned = [1e2 * a for a in axis]
+        back = [-a for a in turned]
+        assert (shared(still, turned) - shared(still, back)) / 2e-4 == pytest.approx(
+            moment @ axis / 1e-6, rel=1e-2, abs=1e-10
+        )
+
+
+def test_thin_overlaps_and_protrusions_are_taken_away():
+    bodies = [block(name, 0.1, 0.1, 0.1) for name in "abc"]
+    room = box((0.5, 0.5, 0.1002))
+    there = Start(torch.eye(3).double().repeat(3, 1, 1), torch.tensor([[0, 0, 2e-4], [0.0998, 0, 0], [0.1, 0.0997, 0]]))
+    assert not certify(bodies, file_to_world(bodies, there.rotation, there.translation), room).holds
+    mended = mending.mend(bodies, there, room)
+    assert certify(bodies, file_to_world(bodies, mended.rotation, mended.translation), room).holds
+    assert (mended.translation - there.translation).abs().max() < 1e-3, "a small move will do"
+
+
+def test_what_has_no_room_is_given_up():
+    bodies = [block(name, 0.1, 0.1, 0.1) for name in "ab"]
+    there = Start(torch.eye(3).double().repeat(2, 1, 1), torch.tensor([[-0.045, 0.0, 0.0], [0.045, 0, 0]]))
+    assert mending.mend(bodies, there, box((0.19, 0.1, 0.1))) is None

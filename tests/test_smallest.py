@@ -1,0 +1,90 @@
+"""The smallest box holds all, certified, never grows, and keeps its shape."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from data_fetch import kitchen_like
+from rasp_core import smallest
+from rasp_core.certify import certify
+from rasp_core.containers import FreeBox, parse
+from rasp_core.errors import InputError
+from rasp_core.meshes import make_body, unique_names
+from rasp_core.problem import Settings
+
+QUICK = Settings(query_points=10_000, resolution=64)
+
+
+def holds_all(packed, bodies):
+    arrangement = packed.arrangement
+    assert packed.chosen == list(range(len(bodies)))
+    assert certify(bodies, arrangement.matrices, arrangement.problem.container).holds
+    assert packed.certificate.holds
+    densities = [r["density"] for r in packed.rounds]
+    assert densities == sorted(densities)
+    assert packed.density == pytest.approx(densities[-1])
+    return arrangement.problem.container.size
+
+
+@pytest.mark.parametrize("text", ["auto", "auto:cube", "auto:0.2,0.16,*"])
+def test_all_objects_lie_in_a_box_of_the_shape(text):
+    bodies = kitchen_like(10)
+    edges = holds_all(packed := smallest.pack(bodies, parse(text), QUICK, effort=10), bodies)
+    if text == "auto:cube":
+        assert np.ptp(edges) == 0
+    if text == "auto:0.2,0.16,*":
+        assert edges[:2].tolist() == [0.2, 0.16]
+    assert len(packed.rounds) > 1, "ten tries made it smaller"
+
+
+def test_the_same_effort_gives_the_same_box():
+    bodies = kitchen_like(5)
+    first, again = (smallest.pack(bodies, parse("auto"), QUICK, effort=4) for _ in range(2))
+    assert np.array_equal(first.arrangement.matrices, again.arrangement.matrices)
+
+
+@pytest.mark.parametrize("rule", ["dblf", "heightmap"])
+def test_a_baseline_alone(rule):
+    bodies = kitchen_like(8)
+    packed = smallest.pack(bodies, parse("auto"), QUICK, effort=3, rule=rule)
+    holds_all(packed, bodies)
+    assert len(packed.history) == 0
+
+
+def test_eight_cubes_are_a_cube():
+    cube = trimesh.creation.box((0.1, 0.1, 0.1))
+    bodies = unique_names([make_body("cube", cube.vertices, cube.faces)] * 8)
+    assert holds_all(smallest.pack(bodies, parse("auto:cube"), QUICK, effort=0), bodies) == pytest.approx([0.2] * 3)
+
+
+def test_ctrl_c_returns_the_best_so_far(monkeypatch):
+    def interrupt(self):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(smallest._Search, "squeeze", interrupt)
+    packed = smallest.pack(kitchen_like(4), parse("auto"), QUICK, effort=5)
+    assert packed.arrangement.interrupted
+    assert packed.certificate.holds
+    monkeypatch.setattr(smallest._Search, "place", lambda self, rule: interrupt(self))
+    with pytest.raises(KeyboardInterrupt):
+        smallest.pack(kitchen_like(4), parse("auto"), QUICK, effort=5)
+
+
+def test_time_ends_a_search():
+    packed = smallest.pack(kitchen_like(4), parse("auto"), QUICK, time_limit=1e-6)
+    assert packed.certificate.holds
+
+
+def test_bad_input_is_refused():
+    with pytest.raises(InputError, match="nothing to pack"):
+        smallest.pack([], parse("auto"))
+    with pytest.raises(InputError, match="effort"):
+        smallest.pack(kitchen_like(2), parse("auto"), effort=-1)
+    with pytest.raises(InputError, match="larger than the container"):
+        smallest.pack(kitchen_like(2), FreeBox((0.01, 0.01, None)))
+
+
+def test_fixed_edges_that_do_not_hold_an_object_are_refused():
+    plate = trimesh.creation.box((0.1, 0.1, 0.01))
+    with pytest.raises(InputError, match="between the fixed edges"):
+        smallest.pack([make_body("plate", plate.vertices, plate.faces)], FreeBox((0.05, 0.05, None)), QUICK, effort=0)
