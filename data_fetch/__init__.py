@@ -10,10 +10,11 @@ from .fetchers import (
     fetch_kitchen,
     fetch_targets,
 )
-from .procedural import cad_like, kitchen_like, polycubes, torus
+from .procedural import cad_like, duck, kitchen_like, polycubes, torus
 
 __all__ = [
     "cad_like",
+    "duck",
     "fetch",
     "fetch_blockout",
     "fetch_cad",

@@ -57,6 +57,16 @@ def torus(ring: float = 0.2, tube: float = 0.1) -> Body:
     return _body("torus", CrossSection.circle(tube, SEGMENTS * 2).translate((ring, 0)).revolve(SEGMENTS * 3))
 
 
+def duck(length: float = 0.5) -> Body:
+    """A duck-shaped container: body, head, beak and tail of ellipsoids, `length` metres long along x, z up."""
+    parts = [((0, 0, 0), (1, 0.62, 0.55)), ((0.62, 0, 0.78), (0.44, 0.4, 0.42))]  # body, head
+    parts += [((1.08, 0, 0.7), (0.26, 0.2, 0.09)), ((-0.95, 0, 0.22), (0.38, 0.26, 0.2))]  # beak, tail
+    ball = Manifold.sphere(1.0, SEGMENTS * 2)
+    solid = Manifold.batch_boolean([ball.scale(size).translate(place) for place, size in parts], OpType.Add)
+    low, high = np.reshape(solid.bounding_box(), (2, 3))
+    return _body("duck", solid.translate(-(low + high) / 2).scale((length / (high - low)[0],) * 3))
+
+
 def _series(count: int, seed: int, makers: list[tuple[str, Callable]]) -> list[Body]:
     rng = np.random.default_rng(seed)
     bodies = []

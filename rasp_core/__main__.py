@@ -15,7 +15,10 @@ from typing import NoReturn
 from . import __version__
 from .errors import InputError
 
-SWEPT = ("method", "time_limit", "effort", "repeat", "fit_objects", "iterations", "resolution", "device")
+SWEPT = (
+    *("method", "time_limit", "effort", "repeat", "fit_objects", "iterations", "resolution", "device"),
+    *("azimuths_deg", "elevations_deg"),
+)
 
 
 class _Parser(argparse.ArgumentParser):
@@ -84,6 +87,10 @@ def _add_problem(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--container", required=True, help="box:X,Y,Z in metres; a closed mesh; auto, auto:cube or auto:X,Y,*"
     )
+    parser.add_argument(
+        "--azimuths-deg", type=float, nargs="+", help="of the views (default: 3 of a box, 5 of a mesh)"
+    )
+    parser.add_argument("--elevations-deg", type=float, nargs="+", help="as many as --azimuths-deg")
     parser.add_argument("--count", default="auto", help="auto (search), or exactly how many to arrange")
     parser.add_argument("--repeat", type=int, metavar="D", help="draw a pool of D objects with replacement")
     parser.add_argument(
@@ -118,7 +125,8 @@ def _pack(options: argparse.Namespace) -> int:
     folder = results.check_writable(options.out)
     device = resolve_device(options.device)
     bodies, container, scale = jobs.load(
-        options.objects, options.container, options.repeat, options.fit_objects, options.seed
+        *(options.objects, options.container, options.repeat, options.fit_objects, options.seed),
+        *(options.azimuths_deg, options.elevations_deg),
     )
     budget = options.time_limit, options.effort
     method = jobs.resolve_method(options.method, container)

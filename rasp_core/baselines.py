@@ -23,7 +23,7 @@ from .problem import Settings, Start
 from .voxels import Room, Turned, choose_voxel, quarter_turns
 
 RULES = {"spectral": Room.snuggest, "dblf": Room.deepest, "heightmap": Room.flattest}
-SHUFFLE = 0.15  # spread of the logarithm by which the volumes' order is shaken when the container is filled anew
+SHUFFLE = 0.15  # of the order by volume, when the container is filled anew
 TEMPERATURE = 0.003  # density that a rebuilding may lose now and then
 LARGEST_RUIN = 0.5  # share of the objects taken out at once
 
@@ -37,10 +37,12 @@ def pack(
     progress: bool = False,
     rule: str = "spectral",
     sequences: int = 1,
+    shuffle: float = SHUFFLE,
 ) -> Packing:
     """One placement, the largest first; or the best of more, in shaken orders.
 
-    rule : one of RULES. sequences : orders tried. time_limit : seconds; where it is given, as many as it allows.
+    rule : one of RULES. sequences : orders tried. shuffle : spread of the logarithm by which the volumes' order is
+    shaken, infinite for random orders, the first included. time_limit : seconds; where given, as many as it allows.
     settings : seed and resolution count. Raises InputError as `dense.pack` does, and for an unknown rule.
     """
     settings = settings or Settings()
@@ -56,7 +58,7 @@ def pack(
     with progress_bar(rule, "placement", progress) as bar:
         while not rounds or (len(rounds) < sequences if time_limit is None else not late()):
             placement.placed = {}
-            placement.fill(placement.shaken() if rounds else None, late)
+            placement.fill(placement.shaken(shuffle) if rounds or np.isinf(shuffle) else None, late)
             if placement.density > best[1]:
                 best = placement.placed, placement.density
             rounds.append({"objects": len(placement.placed), "density": placement.density})
@@ -99,9 +101,10 @@ class Placement:
         centres = np.array([self.room.centre(*place) for place in self.placed.values()]).reshape(-1, 3)
         return Start(torch.from_numpy(turns), torch.from_numpy(centres))
 
-    def shaken(self) -> np.ndarray:
-        """The largest first, but for some chance."""
-        return np.argsort(-self.volumes * np.exp(SHUFFLE * self.random.standard_normal(len(self.volumes))))
+    def shaken(self, shuffle: float = SHUFFLE) -> np.ndarray:
+        """The largest first, but for some chance; by chance alone where `shuffle` is infinite."""
+        chance = self.random.standard_normal(len(self.volumes))
+        return np.argsort(chance if np.isinf(shuffle) else -self.volumes * np.exp(shuffle * chance))
 
     def fill(self, order: Sequence[int] | None = None, stop: Callable[[], bool] = lambda: False) -> None:
         """Place what fits, in the given order of pool indices; the largest first where None."""

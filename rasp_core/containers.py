@@ -23,11 +23,20 @@ class Container:
     """A closed region of space that bodies must stay in.
 
     body : its surface, in the world's coordinates. size `(3,)` where it is a box about the origin, else None.
+    directions : azimuth and elevation in degrees of each view; None for the paper's. Raises InputError for none.
     """
 
-    def __init__(self, body: Body, size: np.ndarray | None = None):
+    def __init__(
+        self,
+        body: Body,
+        size: np.ndarray | None = None,
+        directions: Sequence[tuple[float, float]] | None = None,
+    ):
+        if directions is not None and not len(directions):
+            raise InputError("at least one view is needed, got none")
         self.body = body
         self.size = size
+        self.directions = directions
         self._stacks: dict[tuple, sdf.GridStack] = {}
 
     @property
@@ -41,11 +50,13 @@ class Container:
         return np.stack([self.body.solid_vertices.min(0), self.body.solid_vertices.max(0)]) + self.body.centre
 
     def views(self) -> list[Camera]:
-        """The paper's views: the three faces of a box, five spread directions for a mesh."""
-        centre = self.bounds.mean(0)
+        """The views in `directions`, else the paper's: the three faces of a box, five spread directions for a mesh."""
+        centre, diagonal = self.bounds.mean(0), float(np.linalg.norm(np.ptp(self.bounds, axis=0)))
+        if self.directions is not None:
+            return [Camera(*angles, MARGIN * diagonal, tuple(centre.tolist())) for angles in self.directions]
         if self.size is not None:
             return box_views(MARGIN * float(self.size.max()), centre)
-        return spread_views(5, MARGIN * float(np.linalg.norm(np.ptp(self.bounds, axis=0))), centre)
+        return spread_views(5, MARGIN * diagonal, centre)
 
     def signed_distance(self, points: Tensor) -> tuple[Tensor, Tensor]:
         """Distance `(M,)` to the wall, negative inside, and its gradient `(M, 3)`, at world points `(M, 3)`.

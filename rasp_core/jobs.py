@@ -16,14 +16,29 @@ METHODS = ("rasp", "dense", *baselines.RULES)
 
 
 def load(
-    objects: Sequence[str], container: str, repeat: int | None = None, fit_objects: int | None = None, seed: int = 0
+    objects: Sequence[str],
+    container: str,
+    repeat: int | None = None,
+    fit_objects: int | None = None,
+    seed: int = 0,
+    azimuths_deg: Sequence[float] | None = None,
+    elevations_deg: Sequence[float] | None = None,
 ) -> tuple[list[Body], Container | FreeBox, float]:
     """The pool, the container, and the factor on the objects' lengths.
 
     objects : mesh files or folders. container : as `containers.parse` has it. repeat : draw a pool of so many with
-    replacement. fit_objects : scale so that so many make half of the container. Raises InputError or MeshError.
+    replacement. fit_objects : scale so that so many make half of the container. azimuths_deg, elevations_deg : of the
+    views, one of each for every view; None for the paper's views. Raises InputError or MeshError.
     """
     room = containers.parse(container)
+    if azimuths_deg is not None or elevations_deg is not None:
+        azimuths, elevations = list(azimuths_deg or ()), list(elevations_deg or ())
+        if len(azimuths) != len(elevations) or isinstance(room, FreeBox):
+            raise InputError(
+                f"views need as many --azimuths-deg as --elevations-deg and a container that is given, got "
+                f"{len(azimuths)} and {len(elevations)} for {container}"
+            )
+        room = Container(room.body, room.size, list(zip(azimuths, elevations, strict=True)))
     bodies, scale = meshes.load_bodies(objects), 1.0
     if repeat is not None:
         bodies = packing.draw(bodies, repeat, seed)
@@ -84,12 +99,15 @@ def pack(
     method: str | None = None,
     time_limit: float | None = None,
     effort: int | None = None,
+    azimuths_deg: Sequence[float] | None = None,
+    elevations_deg: Sequence[float] | None = None,
     **settings,
 ) -> dict:
     """One packing's facts as plain values, for `sweep.sweep`; settings : of `problem.Settings`."""
     began = time.monotonic()
     chosen = Settings(**settings)
-    bodies, room, _ = load(objects, container, repeat, fit_objects, chosen.seed)
+    views = azimuths_deg, elevations_deg
+    bodies, room, _ = load(objects, container, repeat, fit_objects, chosen.seed, *views)
     packed = search(method, bodies, room, count, chosen, resolve_device(device), time_limit, effort)
     certificate = packed.certificate
     return {

@@ -69,6 +69,14 @@ def test_a_mesh_that_is_not_there_is_named():
         containers.parse("gone.stl")
 
 
+def test_views_may_be_chosen():
+    ring = containers.Container(torus(), directions=[(10, 20), (100, -5)])
+    assert [(view.azimuth_deg, view.elevation_deg) for view in ring.views()] == [(10, 20), (100, -5)]
+    assert ring.views()[0].width > np.linalg.norm(np.ptp(ring.bounds, axis=0))
+    with pytest.raises(InputError, match="at least one view"):
+        containers.Container(torus(), directions=[])
+
+
 @pytest.mark.parametrize(
     ("text", "edges"),
     [("auto", (2, 2, 2)), ("auto:cube", (2, 2, 2)), ("auto:4,2,*", (4, 2, 1)), ("auto:*,0.5,*", (4, 0.5, 4))],

@@ -24,7 +24,7 @@ def test_load_repeats_and_scales(pool):
     assert scale > 1
 
 
-@pytest.mark.parametrize(("method", "budget"), [("rasp", {}), ("dense", {"effort": 3}), ("spectral", {})])
+@pytest.mark.parametrize(("method", "budget"), [("rasp", {}), ("dense", {"effort": 3}), ("spectral", {}), ("dblf", {})])
 def test_each_method_packs(pool, method, budget):
     facts = jobs.pack(pool, "box:0.15,0.15,0.15", method=method, seed=1, **budget, **SMALL)
     assert facts["certified"]
@@ -35,7 +35,7 @@ def test_each_method_packs(pool, method, budget):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"method": "magic"}, "magic.*rasp, dense, spectral"),
+        ({"method": "magic"}, "magic.*rasp, dense, spectral, dblf, heightmap"),
         ({"method": "dense", "count": 2}, "--count"),
         ({"method": "spectral", "effort": 2}, "--effort|no effort"),
     ],
@@ -44,3 +44,24 @@ def test_what_a_method_does_not_know_is_refused(pool, arguments, message):
     bodies, room, _ = jobs.load(pool, "box:0.2,0.2,0.2")
     with pytest.raises(InputError, match=message):
         jobs.search(arguments.pop("method"), bodies, room, **arguments)
+
+
+def test_a_box_to_be_found_is_for_methods_that_can_find_one(pool):
+    facts = jobs.pack(pool, "auto", effort=2, **SMALL)
+    assert facts["certified"]
+    assert facts["objects"] == 3
+    bodies, shape, _ = jobs.load(pool, "auto:cube")
+    assert jobs.resolve_method(None, shape) == "dense"
+    with pytest.raises(InputError, match="rasp packs into a given container"):
+        jobs.search("rasp", bodies, shape)
+    with pytest.raises(InputError, match="--fit-objects"):
+        jobs.load(pool, "auto", fit_objects=3)
+
+
+def test_views_are_given_in_pairs(pool):
+    _, room, _ = jobs.load(pool, "box:1,1,1", azimuths_deg=[0, 45], elevations_deg=[0, 30])
+    assert room.views()[1].elevation_deg == 30
+    with pytest.raises(InputError, match="--azimuths-deg"):
+        jobs.load(pool, "box:1,1,1", azimuths_deg=[0, 45])
+    with pytest.raises(InputError, match="--azimuths-deg"):
+        jobs.load(pool, "auto", azimuths_deg=[0], elevations_deg=[0])

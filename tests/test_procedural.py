@@ -34,3 +34,11 @@ def test_polycubes_without_gap_have_their_cells_volume():
 
 def test_a_torus_has_pappus_volume():
     assert procedural.torus(0.2, 0.05).volume == pytest.approx(2 * np.pi**2 * 0.2 * 0.05**2, rel=0.01)
+
+
+def test_a_duck_is_one_closed_piece_of_its_length():
+    duck = procedural.duck(0.4)
+    assert is_closed(duck.faces)
+    assert len(duck.manifold.decompose()) == 1
+    assert 2 * duck.half_extents[0] == pytest.approx(0.4)
+    assert 0.2 < duck.volume / np.prod(2 * duck.half_extents) < 0.6
