@@ -87,9 +87,7 @@ def _add_problem(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--container", required=True, help="box:X,Y,Z in metres; a closed mesh; auto, auto:cube or auto:X,Y,*"
     )
-    parser.add_argument(
-        "--azimuths-deg", type=float, nargs="+", help="of the views (default: 3 of a box, 5 of a mesh)"
-    )
+    parser.add_argument("--azimuths-deg", type=float, nargs="+", help="of the views (default: 3 of a box, 5 of a mesh)")
     parser.add_argument("--elevations-deg", type=float, nargs="+", help="as many as --azimuths-deg")
     parser.add_argument("--count", default="auto", help="auto (search), or exactly how many to arrange")
     parser.add_argument("--repeat", type=int, metavar="D", help="draw a pool of D objects with replacement")

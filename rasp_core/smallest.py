@@ -1,6 +1,7 @@
 """The smallest box that holds all objects: the container as an unknown.
 
-1. A baseline places all of them, the largest first, in a box that grows along its free edges until it holds them.
+1. A baseline places all of them, the largest first, in a box that grows along its free edges until it holds them: a
+   first answer. Then what it can in a smaller box, and what is left over is pressed into the voids one by one.
 2. Again and again: the box is drawn in a little, everything with it; an object goes where it overlaps least; all are
    pressed apart (`pressing`). What holds is kept, so that there is a certified packing at any time.
 
@@ -28,7 +29,10 @@ from .problem import Settings, Start
 from .scene import resolve_device
 
 EFFORT = 100  # tries, where no time is given
-FIRST_DENSITY = 0.62  # of the box in which the placement begins
+FIRST_DENSITY = 0.5  # of the box in which the placement of all begins
+FULL_DENSITY = 0.62  # of the box in which the search begins
+GROWTH, PATIENCE = 1.01, 4  # of its volume, after so many objects in a row could not be pressed in
+CANDIDATES, MOVES = 4, 4  # objects looked at for pressing in, and for moving
 FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.006, 0.03, 2e-4  # shares of the volume that the box loses at once
 HELD, FAILED = 1.3, 0.85  # what the step is multiplied by
 MOVED = 0.5  # share of the tries that put an object elsewhere
@@ -63,6 +67,8 @@ def pack(
     search = _Search(bodies, shape, settings, device, time_limit, effort, progress, rule)
     try:
         search.place(rule or "spectral")
+        if rule is None and not search.over:
+            search.fill()
         while not search.over:
             search.try_placement() if rule else search.squeeze()
     except KeyboardInterrupt:
@@ -133,30 +139,57 @@ class _Search:
         backwards = np.argsort(list(self.placement.placed))
         self._keep(*self._drawn_in(self.placement.start.take(backwards)), largest)
 
-    # -- squeezing ---------------------------------------------------------------------------------------------------
+    # -- pressing ----------------------------------------------------------------------------------------------------
+
+    def fill(self) -> None:
+        """Begin anew in a small box: what does not go in by placing is pressed in, the box growing where that fails."""
+        edges = self.shape.sized(self.volumes.sum() / FULL_DENSITY)
+        self.placement.enter(box(edges))
+        self.placement.fill(stop=self.spent)
+        chosen, start, failed = list(self.placement.placed), self.placement.start, 0
+        self.press = Press(self.bodies, box(edges), self.settings, self.device, self.random, self.spent)
+        while len(chosen) < len(self.bodies) and not self.over:
+            self.tries += 1
+            self.bar.update()
+            rest = np.setdiff1d(np.arange(len(self.bodies)), chosen)
+            self.press.look(chosen, start)
+            found = self.press.least_shared(self.random.choice(rest, min(CANDIDATES, len(rest)), replace=False), np.inf)
+            settled = None if found is None else self._pressed([*chosen, found[0]], join(start, found[1]))
+            if settled is not None:
+                chosen, start, failed = [*chosen, found[0]], settled, 0
+                continue
+            failed += 1
+            if failed == PATIENCE:
+                larger = self.shape.sized(np.prod(edges) * GROWTH)
+                start = Start(start.rotation, start.translation * torch.from_numpy(larger / edges))
+                edges, failed = larger, 0
+                self.press.enter(box(edges))
+        if len(chosen) == len(self.bodies):
+            self._keep(*self._drawn_in(start.take(np.argsort(chosen))), self.container.volume)
 
     def squeeze(self) -> None:
         """One try to do with a smaller box."""
         self.tries += 1
         self.bar.update()
-        if self.press is None:
-            self.press = Press(self.bodies, self.container, self.settings, self.device, self.random, self.spent)
         edges = self._smaller()
         shrink = torch.from_numpy(edges / self.container.size)
         start = Start(self.start.rotation, self.start.translation * shrink)
         self.press.enter(box(edges))
         order = list(range(len(self.bodies)))
-        if len(order) > 1 and self.random.random() < MOVED:
+        if self.random.random() < MOVED:
             order, start = self._moved(order, start)
-        seed = self.settings.seed + self.tries
-        start, overlap = self.press.apart(order, start, seed)
-        held = None
-        if overlap <= HOPELESS_OVERLAP * self.volumes.mean() * self.press.radius:
-            held = self.press.settle(order, start, seed)
+        held = self._pressed(order, start)
         self.step *= FAILED if held is None else HELD
         self.step = float(np.clip(self.step, SMALLEST_STEP, LARGEST_STEP))
         if held is not None:
             self._keep(*self._drawn_in(held.take(np.argsort(order))), self.container.volume)
+
+    def _pressed(self, chosen: list[int], start: Start) -> Start | None:
+        seed = self.settings.seed + self.tries
+        start, overlap = self.press.apart(chosen, start, seed)
+        if overlap > HOPELESS_OVERLAP * self.volumes.mean() * self.press.radius:
+            return None
+        return self.press.settle(chosen, start, seed)
 
     def _smaller(self) -> np.ndarray:
         """The edges of the next box to try: all free edges shorter, or a random one of them."""
@@ -168,13 +201,15 @@ class _Search:
         return edges
 
     def _moved(self, order: list[int], start: Start) -> tuple[list[int], Start]:
-        """One object, small ones more often, goes where it shares least with the others."""
-        weights = 1 / self.volumes
-        out = int(self.random.choice(order, p=weights / weights.sum()))
-        rest = [index for index in order if index != out]
-        self.press.look(rest, start.take(rest))
-        found = self.press.least_shared([out], np.inf)
-        return (order, start) if found is None else ([*rest, out], join(start.take(rest), found[1]))
+        """One object, the easiest of some, goes where it shares least with the others."""
+        moved, least = (order, start), np.inf
+        for out in self.random.choice(order, min(MOVES, len(order)), replace=False).tolist():
+            rest = [index for index in order if index != out]
+            self.press.look(rest, start.take(rest))
+            found = self.press.least_shared([out], least * self.volumes[out])
+            if found is not None:
+                moved, least = ([*rest, out], join(start.take(rest), found[1])), found[2] / self.volumes[out]
+        return moved
 
     # -- the record --------------------------------------------------------------------------------------------------
 
