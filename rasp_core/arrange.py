@@ -20,7 +20,7 @@ from .problem import Problem, Settings, Start
 from .scene import Scene
 from .silhouettes import render
 
-NEIGHBOUR_REACH = 0.01  # of the viewing width: how far the contact term looks around
+NEIGHBOUR_REACH = 0.06  # of a mean body's radius: how far the contact term looks around
 NEIGHBOUR_LIFE = 10  # iterations for which its neighbours are kept
 LOSS_NAMES = ("total", "silhouette", "overlap", "extrusion", "contact")
 
@@ -205,7 +205,7 @@ def evaluate(scene: Scene, rotation, translation, targets, lattice, settings: Se
 
 def find_neighbours(scene: Scene, rotation: Tensor, translation: Tensor, settings: Settings) -> contact.Neighbours:
     """The samples that the contact term looks at, for some iterations about these poses."""
-    reach = NEIGHBOUR_REACH * scene.width + 2 * settings.contact_margin
+    reach = NEIGHBOUR_REACH * scene.radius.mean().item() + 2 * settings.contact_margin
     return contact.neighbours(scene.stack, scene.samples, scene.half, rotation, translation, scene.container, reach)
 
 

@@ -29,6 +29,7 @@ EFFORT = 400  # tries, where no time is given
 REBUILD_SHARE = 0.2  # of the seconds
 REBUILD_VOXELS = 10_000  # looked at in rebuilding for each unit of effort; above, pressing in is worth more
 MOVES, CANDIDATES = 4, 4  # looked at in each try, and objects looked at for each move
+BATCH = 16  # objects put in at once, at most: twice as many after each success, half after each failure
 SWAPS = 0.7  # share of the moves that take an object out for a larger one
 HOPELESS_SHARED = 0.15  # of a mean object's volume: objects that share more are not pressed in
 HOPELESS_OVERLAP = 1e-4  # mean volumes times radii: Eq. 4 as a volume integral, after pressing
@@ -77,11 +78,12 @@ class _Search:
         self.began, self.time_limit, self.effort = time.monotonic(), time_limit, effort
         self.random = np.random.default_rng(settings.seed)
         self.volumes = np.array([body.volume for body in pool]) / container.volume
+        self.shareable = HOPELESS_SHARED * float(self.volumes.mean()) * container.volume
         self.chosen: list[int] = []
         self.start = Start(torch.zeros(0, 3, 3), torch.zeros(0, 3))
         self.press: Press | None = None
         self.rounds: list[dict] = []
-        self.tries, self.interrupted = 0, False
+        self.tries, self.batch, self.interrupted = 0, 1, False
         self.bar = progress_bar("dense", "try", progress, effort)
 
     @property
@@ -130,24 +132,38 @@ class _Search:
                 return
             self.tries += 1
             self.bar.update()
-            proposal = self._propose()
-            if proposal is None:
-                continue
-            settled = self._settle(*proposal)
+            proposal = self._propose() if self.batch == 1 else self._propose_many()
+            settled = None if proposal is None else self._settle(*proposal)
+            before = len(self.chosen)
             if settled is not None and self.volumes[settled[0]].sum() > self.density - 1e-9:
                 self._keep(*settled)
+            self.batch = min(2 * self.batch, BATCH) if len(self.chosen) > before else max(1, self.batch // 2)
 
-    def _propose(self) -> tuple[list[int], Start] | None:
+    def _propose(self) -> tuple[list[int], Start, int] | None:
         """The easiest of some moves: the one whose object shares least with the others where it is put."""
-        found, least = None, HOPELESS_SHARED * float(self.volumes.mean()) * self.container.volume
+        found, least = None, self.shareable
         for _ in range(MOVES):
             chosen, start, candidates = self._move()
             self.press.look(chosen, start)
             place = self.press.least_shared(candidates, least)
             if place is not None:
                 index, pose, least = place
-                found = [*chosen, index], join(start, pose)
+                found = [*chosen, index], join(start, pose), 1
         return found
+
+    def _propose_many(self) -> tuple[list[int], Start, int] | None:
+        """Several objects more, while there are voids for them."""
+        chosen, start = list(self.chosen), self.start
+        for _ in range(self.batch):
+            rest = np.setdiff1d(np.arange(len(self.pool)), chosen)
+            candidates = self.random.choice(rest, min(CANDIDATES, len(rest)), replace=False)
+            self.press.look(chosen, start)
+            place = self.press.least_shared(candidates, self.shareable)
+            if place is None:
+                break
+            chosen, start = [*chosen, place[0]], join(start, place[1])
+        added = len(chosen) - len(self.chosen)
+        return (chosen, start, added) if added else None
 
     def _move(self) -> tuple[list[int], Start, np.ndarray]:
         """The objects that stay, and some that may come: one more, or a larger one for one that is taken out."""
@@ -159,15 +175,18 @@ class _Search:
         candidates = self.random.choice(rest, min(CANDIDATES, len(rest)), replace=False)
         return [self.chosen[i] for i in keep], self.start.take(keep), candidates
 
-    def _settle(self, chosen: list[int], start: Start) -> tuple[list[int], Start] | None:
-        """Press the objects apart until the certificate holds; None where it does not come to that."""
+    def _settle(self, chosen: list[int], start: Start, added: int) -> tuple[list[int], Start] | None:
+        """Press the objects apart until the certificate holds; None where it does not come to that.
+
+        added : how many of them, the last ones, are new.
+        """
         seed = self.settings.seed + self.tries
         start, overlap = self.press.apart(chosen, start, seed)
         if overlap > HOPELESS_OVERLAP * self.volumes.mean() * self.container.volume * self.press.radius:
-            if chosen[:-1] != self.chosen:
+            if chosen[:-added] != self.chosen:
                 return None
             # what did not go in has pushed the others: without it they lie as densely as before, but otherwise
-            chosen, start = chosen[:-1], start.take(range(len(chosen) - 1))
+            chosen, start = self.chosen, start.take(range(len(self.chosen)))
         settled = self.press.settle(chosen, start, seed)
         return None if settled is None else (chosen, settled)
 

@@ -8,6 +8,7 @@ of Newton's method down that gradient halves a thin V at least.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import manifold3d
 import numpy as np
@@ -25,62 +26,92 @@ BETTER = 0.8  # the worst fault must fall below this share of what it was some s
 PATIENCE = 6  # sweeps
 
 
-def mend(bodies: Sequence[Body], start: Start, container: Container, tolerance: float = TOLERANCE) -> Start | None:
+@dataclass(frozen=True)
+class _Fault:
+    """A solid that should be empty: where two bodies share space, or one is outside the container.
+
+    movers : indices of the bodies that bound it. share : its volume over the smaller body's.
+    """
+
+    movers: tuple[int, ...]
+    solid: manifold3d.Manifold
+    volume: float
+    share: float
+
+
+def mend(
+    bodies: Sequence[Body],
+    start: Start,
+    container: Container,
+    tolerance: float = TOLERANCE,
+    largest: float = np.inf,
+) -> Start | None:
     """Move bodies that overlap or stick out a little, until none does by more than `tolerance` of its volume.
 
     Returns the poses for which exact booleans find that, or None where the faults do not get smaller. For faults of
-    some thousandths of a volume; each of at most SWEEPS sweeps takes the time of a certificate.
+    some thousandths of a volume: what begins with one above `largest` is given up at once. There are at most SWEEPS sweeps, in which all bodies at fault move at once.
     """
     rotation, translation = start.rotation.double().clone(), start.translation.double().clone()
-    reach = np.array([body.radius for body in bodies])
-    hull = container.body.manifold.translate(container.body.centre)
-    worst_of = []
+    reach = [body.radius for body in bodies]
+    faults, worst_of = _Faults(bodies, container), []
     for _ in range(SWEEPS):
-        poses = Start(rotation, translation)
-        faults = _faults(bodies, poses, container, hull)
-        worst_of.append(max((share for *_, share in faults), default=0.0))
+        found = faults.at(Start(rotation, translation))
+        worst_of.append(max((fault.share for fault in found), default=0.0))
         if worst_of[-1] <= tolerance:
-            return poses
+            return Start(rotation, translation)
+        if worst_of[0] > largest:
+            return None
         if len(worst_of) > PATIENCE and worst_of[-1] > BETTER * worst_of[-1 - PATIENCE]:
             return None
-        shift, turn, count = np.zeros((len(bodies), 3)), np.zeros((len(bodies), 3)), np.zeros(len(bodies))
-        centres = translation.numpy()
-        for movers, common, volume, share in faults:
-            if share < tolerance / 2:
+        shift, turn = torch.zeros_like(translation), torch.zeros_like(translation)
+        for fault in found:
+            if fault.share < tolerance / 2:
                 continue
-            slopes = [(i, *_slope(common, solid, centres[i])) for i, solid in movers]
+            slopes = [(i, *_slope(fault.solid, faults.solids[i], translation[i].numpy())) for i in fault.movers]
             steep = sum(force @ force + moment @ moment / reach[i] ** 2 for i, force, moment in slopes)
             if steep > 0:
                 for i, force, moment in slopes:
-                    shift[i] -= volume / steep * force
-                    turn[i] -= volume / steep * moment / reach[i] ** 2
-                    count[i] += 1
-        translation += torch.from_numpy(shift)
-        rotation = angles_to_rotation(torch.from_numpy(turn)) @ rotation
+                    shift[i] -= torch.from_numpy(fault.volume / steep * force)
+                    turn[i] -= torch.from_numpy(fault.volume / steep / reach[i] ** 2 * moment)
+        translation = translation + shift
+        rotation = torch.where((turn != 0).any(1)[:, None, None], angles_to_rotation(turn) @ rotation, rotation)
     return None
 
 
-def _faults(bodies: Sequence[Body], start: Start, container: Container, hull: manifold3d.Manifold) -> list[tuple]:
-    """Each fault: the bodies that can mend it, with their solids; the solid at fault; its volume; its share of the
-    smaller body's."""
-    matrices = file_to_world(bodies, start.rotation, start.translation)
-    solids = [placed_solid(body, matrix).as_original() for body, matrix in zip(bodies, matrices, strict=True)]
-    boxes = np.array([solid.bounding_box() for solid in solids]).reshape(-1, 2, 3)
-    found = []
-    for i, j in pairs_of_boxes(boxes):
-        common = solids[i] ^ solids[j]
-        volume = common.volume()
+class _Faults:
+    """The faults of bodies in a container; asked again, only those are tested whose bodies have moved."""
+
+    def __init__(self, bodies: Sequence[Body], container: Container):
+        self.bodies, self.container = bodies, container
+        self.hull = container.body.manifold.translate(container.body.centre)
+        self.matrices = np.full((len(bodies), 4, 4), np.nan)
+        self.solids: list[manifold3d.Manifold] = [None] * len(bodies)
+        self.found: dict[tuple[int, ...], _Fault] = {}
+
+    def at(self, start: Start) -> list[_Fault]:
+        """The faults where bodies lie as `start` says."""
+        matrices = file_to_world(self.bodies, start.rotation, start.translation)
+        moved = set(np.flatnonzero((matrices != self.matrices).any((1, 2))).tolist())
+        self.matrices = matrices
+        for i in moved:
+            # each body is an original of its own, so that its part of a boolean's surface can be told
+            self.solids[i] = placed_solid(self.bodies[i], matrices[i]).as_original()
+        boxes = np.array([solid.bounding_box() for solid in self.solids]).reshape(-1, 2, 3)
+        self.found = {movers: fault for movers, fault in self.found.items() if not moved & set(movers)}
+        for i, j in pairs_of_boxes(boxes):
+            if i in moved or j in moved:
+                self._note((i, j), self.solids[i] ^ self.solids[j])
+        for i in moved:
+            size = self.container.size
+            if size is None or (np.abs(boxes[i]) > size / 2).any():
+                self._note((i,), self.solids[i] - self.hull)
+        return list(self.found.values())
+
+    def _note(self, movers: tuple[int, ...], solid: manifold3d.Manifold) -> None:
+        volume = solid.volume()
         if volume > 0:
-            share = volume / min(bodies[i].volume, bodies[j].volume)
-            found.append(([(i, solids[i]), (j, solids[j])], common, volume, share))
-    for i, solid in enumerate(solids):
-        if container.size is not None and (np.abs(boxes[i]) <= container.size / 2).all():
-            continue
-        out = solid - hull
-        volume = out.volume()
-        if volume > 0:
-            found.append(([(i, solid)], out, volume, volume / bodies[i].volume))
-    return found
+            share = volume / min(self.bodies[i].volume for i in movers)
+            self.found[movers] = _Fault(movers, solid, volume, share)
 
 
 def _slope(

@@ -14,7 +14,7 @@ import torch
 
 from . import losses, poses
 from .arrange import Arrangement, arrange
-from .certify import TOLERANCE, certify
+from .certify import TOLERANCE
 from .containers import Container
 from .mending import mend
 from .meshes import Body
@@ -26,7 +26,8 @@ from .voxels import Room, Turned
 VOIDS = 48  # voxels along the container's longest edge, in which voids are looked for
 TURNS = 16  # rotations looked at for each object
 POINTS = 30_000  # query points, at most: contact sees what lies between them
-NEARLY = 20 * TOLERANCE  # faults that settling again may still take away
+NEARLY = 20 * TOLERANCE  # faults that exact booleans may still take away
+STRICT = 0.95  # of the certificate's tolerance, for what rounding makes of volumes
 RATE = 0.033  # of a mean object's radius: the first step while pressing
 CLEARANCE = 6e-4  # contact margin, of the viewing width
 SKIN = 3e-4  # of the viewing width: Eq. 5's epsilon
@@ -111,17 +112,12 @@ class Press:
         return run.start, float(run.history[-5:, 2].mean()) * self.container.volume / press.query_points
 
     def settle(self, chosen: list[int], start: Start, seed: int) -> Start | None:
-        """Take the last thin overlaps away by contact alone; None where the certificate does not come to hold."""
-        bodies = [self.pool[index] for index in chosen]
+        """Take the last thin overlaps away, by contact alone, then by exact booleans; None where they do not go."""
         run = self._arrange(chosen, start, self._settle_settings(seed))
         if self.spent():
             return None
-        certificate = certify(bodies, run.matrices, self.container, TOLERANCE)
-        if certificate.holds:
-            return run.start
-        if max(certificate.worst_overlap, certificate.worst_protrusion) > NEARLY:
-            return None
-        return mend(bodies, run.start, self.container)
+        bodies = [self.pool[index] for index in chosen]
+        return mend(bodies, run.start, self.container, STRICT * TOLERANCE, NEARLY)
 
     def _settle_settings(self, seed: int) -> Settings:
         rate = RATE / 3 * self.radius / self.width

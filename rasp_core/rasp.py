@@ -14,7 +14,6 @@ the most that fit with no intersection. It departs from the text so:
 
 from __future__ import annotations
 
-import itertools
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -39,6 +38,7 @@ CLEARANCE = 3e-4  # contact margin, in viewing widths
 RESOLVABLE = 0.01  # share of overlapping volume that the last stage can press out
 LARGEST_DROP = 0.08  # share of the objects dropped in one round
 PATIENCE = 12  # objects in a row that could not be added, after which N_max is reached
+MOST_TRIES = 50  # objects tried at most
 CANDIDATES = 4  # objects of which the one that shares least is added
 HOPELESS_SHARED = 0.15  # of a mean object's volume
 STALLED = 0.7  # a settling round that leaves more than this of the worst fault has stalled
@@ -141,14 +141,14 @@ class _Run:
 
     def _add(self) -> None:
         """Objects one by one, each kept where the certificate then holds, until PATIENCE of them in a row could not be
-        added."""
+        added, or MOST_TRIES were tried."""
         random, refused, mean = np.random.default_rng(self.settings.seed), 0, np.mean([b.volume for b in self.pool])
         press = Press(self.pool, self.container, self.settings, self.device, random, self._late)
-        for seed in itertools.count(self.settings.seed):
+        for attempt in range(MOST_TRIES):
             rest = np.setdiff1d(np.arange(len(self.pool)), self.chosen)
             if not len(rest) or refused == PATIENCE or self.stopped:
                 break
-            refused += 1
+            refused, seed = refused + 1, self.settings.seed + attempt
             press.look(self.chosen, self.start)
             candidates = random.choice(rest, min(CANDIDATES, len(rest)), replace=False)
             found = press.least_shared(candidates, HOPELESS_SHARED * mean)

@@ -36,10 +36,12 @@ def scene_picture(
     size: tuple[int, int] = (800, 700),
     azimuth_deg: float = 35.0,
     elevation_deg: float = 22.0,
+    hues: np.ndarray | None = None,
 ) -> np.ndarray:
     """Bodies placed by `matrices` `(N, 4, 4)`, and the container's edges, as an RGB image `(H, W, 3)` uint8.
 
-    azimuth and elevation name the direction of looking, as in `cameras`.
+    hues `(N, 3)`: the bodies' colours, RGB in [0, 1]; None for `colours`. azimuth and elevation name the direction of
+    looking, as in `cameras`.
     """
     if sys.platform == "linux" and not os.environ.get("DISPLAY"):
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")  # do not try X first
@@ -47,7 +49,8 @@ def scene_picture(
 
     plotter = pyvista.Plotter(off_screen=True, window_size=list(size), lighting="light kit")
     plotter.set_background("white")
-    for body, matrix, colour in zip(bodies, matrices, colours(len(bodies)), strict=True):
+    hues = colours(len(bodies)) if hues is None else hues
+    for body, matrix, colour in zip(bodies, matrices, hues, strict=True):
         points = (body.solid_vertices + body.centre) @ matrix[:3, :3].T + matrix[:3, 3]
         surface = pyvista.PolyData.from_regular_faces(points, body.solid_faces)
         plotter.add_mesh(

@@ -38,6 +38,28 @@ def test_pack_and_check_agree(pool, tmp_path, capsys):
     assert f"density {record['density']:.4f}, certified" in capsys.readouterr().out
 
 
+def test_the_smallest_box_is_found_and_judged(pool, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["pack", str(pool), "--container", "auto:0.15,0.15,*", "--effort", "3", "--out", str(out)]) == 0
+    record = json.loads((out / "result.json").read_text())
+    assert record["method"] == "dense"
+    assert record["container"]["box"][:2] == [0.15, 0.15]
+    assert len(record["objects"]) == 4
+    assert main(["check", str(out)]) == 0
+
+
+def test_a_packing_falls_and_comes_apart(pool, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["pack", str(pool), "--container", BOX, "--settle", "--out", str(out), *SMALL]) == 0
+    printed = capsys.readouterr().err
+    assert "rasp: settled" in printed
+    assert "straight pulls" in printed
+    record = json.loads((out / "result.json").read_text())
+    assert record["settled"]["moved_max"] > 0.01, "three cans in 20 cm fall"
+    assert len(record["removal"]["order"]) == len(record["objects"])
+    assert main(["check", str(out / "settled.glb")]) == 0
+
+
 def test_a_packing_that_does_not_hold_ends_with_status_1_and_says_what_fails(pool, tmp_path, capsys):
     crowd = ["--repeat", "40", "--count", "40", "--iterations", "3", "--resolution", "64"]
     assert main(["pack", str(pool), "--container", "box:0.1,0.1,0.1", "--out", str(tmp_path / "out"), *crowd]) == 1

@@ -26,10 +26,11 @@ def start(*centres):
 
 def test_slopes_are_those_of_the_volume():
     bodies, there = kitchen_like(2), start((0, 0, 0), (0.02, 0.01, 0.005))
-    ((movers, common, volume, share),) = mending._faults(bodies, there, box((9, 9, 9)), None)
-    assert share == pytest.approx(volume / min(body.volume for body in bodies))
-    index, solid = movers[1]
-    force, moment = mending._slope(common, solid, there.translation[index].numpy())
+    faults = mending._Faults(bodies, box((9, 9, 9)))
+    (fault,) = faults.at(there)
+    assert fault.movers == (0, 1)
+    assert fault.share == pytest.approx(fault.volume / min(body.volume for body in bodies))
+    force, moment = mending._slope(fault.solid, faults.solids[1], there.translation[1].numpy())
 
     def shared(shift, turn):
         moved = Start(
@@ -38,7 +39,7 @@ def test_slopes_are_those_of_the_volume():
             ),
             there.translation + torch.tensor([[0.0, 0, 0], shift]).double(),
         )
-        return mending._faults(bodies, moved, box((9, 9, 9)), None)[0][2]
+        return faults.at(moved)[0].volume
 
     for axis in np.eye(3) * 1e-6:
         still = [0.0, 0.0, 0.0]
@@ -62,7 +63,32 @@ def test_thin_overlaps_and_protrusions_are_taken_away():
     assert (mended.translation - there.translation).abs().max() < 1e-3, "a small move will do"
 
 
+def test_large_faults_are_not_tried():
+    bodies = [block(name, 0.1, 0.1, 0.1) for name in "ab"]
+    there = Start(torch.eye(3).double().repeat(2, 1, 1), torch.tensor([[-0.049, 0.0, 0.0], [0.049, 0, 0]]))
+    assert mending.mend(bodies, there, box((0.5, 0.1, 0.1)), largest=0.01) is None
+    assert mending.mend(bodies, there, box((0.5, 0.1, 0.1)), largest=0.03) is not None
+
+
 def test_what_has_no_room_is_given_up():
     bodies = [block(name, 0.1, 0.1, 0.1) for name in "ab"]
     there = Start(torch.eye(3).double().repeat(2, 1, 1), torch.tensor([[-0.045, 0.0, 0.0], [0.045, 0, 0]]))
     assert mending.mend(bodies, there, box((0.19, 0.1, 0.1))) is None
+
+
+def test_only_what_moved_is_tested_again(monkeypatch):
+    bodies = [block(name, 0.1, 0.1, 0.1) for name in "abc"]
+    there = Start(
+        torch.eye(3).double().repeat(3, 1, 1), torch.tensor([[0, 0, 0], [0.09, 0, 0], [0.18, 0, 0.0]]).double()
+    )
+    faults, noted = mending._Faults(bodies, box((0.6, 0.4, 0.1))), []
+    note = mending._Faults._note
+    monkeypatch.setattr(mending._Faults, "_note", lambda self, who, what: (noted.append(who), note(self, who, what)))
+    first = {fault.movers: fault.volume for fault in faults.at(there)}
+    assert first == {(0, 1): pytest.approx(1e-4), (1, 2): pytest.approx(1e-4)}
+    noted.clear()
+    assert {fault.movers: fault.volume for fault in faults.at(there)} == first
+    assert not noted
+    there.translation[2, 0] = 0.2
+    assert [fault.movers for fault in faults.at(there)] == [(0, 1)]
+    assert all(2 in who for who in noted)

@@ -16,6 +16,16 @@ def placed(count):
     return bodies, matrices
 
 
+def test_bodies_take_the_colours_given():
+    bodies, room = kitchen_like(1), box((0.2, 0.2, 0.2))
+    red, green = (
+        show.scene_picture(bodies, np.eye(4)[None], room, (200, 200), hues=np.array([hue]))
+        for hue in ([1.0, 0, 0], [0, 1.0, 0])
+    )
+    assert red[..., 0].astype(int).sum() > red[..., 1].astype(int).sum()
+    assert green[..., 1].astype(int).sum() > green[..., 0].astype(int).sum()
+
+
 def test_a_scene_is_drawn_in_its_bodies_colours():
     bodies, matrices = placed(3)
     picture = show.scene_picture(bodies, matrices, box((0.45, 0.15, 0.15)), (300, 200))
