@@ -49,7 +49,8 @@ def mend(
     """Move bodies that overlap or stick out a little, until none does by more than `tolerance` of its volume.
 
     Returns the poses for which exact booleans find that, or None where the faults do not get smaller. For faults of
-    some thousandths of a volume: what begins with one above `largest` is given up at once. There are at most SWEEPS sweeps, in which all bodies at fault move at once.
+    some thousandths of a volume: what begins with one above `largest` is given up at once. There are at most SWEEPS
+    sweeps, in which all bodies at fault move at once.
     """
     rotation, translation = start.rotation.double().clone(), start.translation.double().clone()
     reach = [body.radius for body in bodies]

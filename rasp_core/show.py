@@ -40,8 +40,8 @@ def scene_picture(
 ) -> np.ndarray:
     """Bodies placed by `matrices` `(N, 4, 4)`, and the container's edges, as an RGB image `(H, W, 3)` uint8.
 
-    hues `(N, 3)`: the bodies' colours, RGB in [0, 1]; None for `colours`. azimuth and elevation name the direction of
-    looking, as in `cameras`.
+    hues `(N, 3)` or `(N, 4)`: the bodies' colours, RGB and opacity in [0, 1]; None for `colours`. azimuth and elevation
+    name the direction of looking, as in `cameras`.
     """
     if sys.platform == "linux" and not os.environ.get("DISPLAY"):
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")  # do not try X first
@@ -54,7 +54,13 @@ def scene_picture(
         points = (body.solid_vertices + body.centre) @ matrix[:3, :3].T + matrix[:3, 3]
         surface = pyvista.PolyData.from_regular_faces(points, body.solid_faces)
         plotter.add_mesh(
-            surface, color=tuple(colour), smooth_shading=True, split_sharp_edges=True, feature_angle=30, specular=0.15
+            surface,
+            color=tuple(colour[:3]),
+            opacity=float([*colour, 1.0][3]),
+            smooth_shading=True,
+            split_sharp_edges=True,
+            feature_angle=30,
+            specular=0.15,
         )
     if container is not None:
         hull = container.body

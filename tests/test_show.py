@@ -24,6 +24,8 @@ def test_bodies_take_the_colours_given():
     )
     assert red[..., 0].astype(int).sum() > red[..., 1].astype(int).sum()
     assert green[..., 1].astype(int).sum() > green[..., 0].astype(int).sum()
+    faint = show.scene_picture(bodies, np.eye(4)[None], room, (200, 200), hues=np.array([[1.0, 0, 0, 0.1]]))
+    assert faint[..., 1].mean() > red[..., 1].mean(), "white shines through"
 
 
 def test_a_scene_is_drawn_in_its_bodies_colours():
