@@ -148,8 +148,9 @@ class Placement:
         """The body's distinct quarter turns."""
         if body.digest not in self.turns:
             found: list[Turned] = []
-            for rotation in quarter_turns():
-                turned = Turned.covering(body, rotation, self.room.voxel)
+            straight = Turned.covering(body, np.eye(3), self.room.voxel)
+            for quarter in quarter_turns():
+                turned = straight.turned(quarter, self.room.voxel)
                 if not any(np.array_equal(turned.voxels, other.voxels) for other in found):
                     found.append(turned)
             self.turns[body.digest] = found

@@ -20,7 +20,7 @@ from .mending import mend
 from .meshes import Body
 from .problem import Problem, Settings, Start
 from .scene import Scene
-from .sdf import GridStack
+from .sdf import GridStack, bake_cached
 from .voxels import Room, Turned
 
 VOIDS = 48  # voxels along the container's longest edge, in which voids are looked for
@@ -52,6 +52,8 @@ class Press:
         self.random, self.spent = random, spent
         self.radius = float(np.mean([body.radius for body in pool]))
         self.stack = GridStack.of_bodies(pool, device)
+        distinct = {body.digest: body for body in pool}
+        self.grids = {digest: bake_cached(body) for digest, body in distinct.items()}
         self.half = torch.tensor(np.array([body.half_extents for body in pool]), device=device).float()
         self.history: list[np.ndarray] = []
         self.enter(container)
@@ -92,15 +94,10 @@ class Press:
 
     def _turned(self, index: int) -> Iterable[Turned]:
         """An object of the pool in random rotations, as voxels."""
-
-        def inside(places: np.ndarray) -> np.ndarray:
-            points = torch.from_numpy(places).to(self.device).float()
-            own = torch.full((len(points),), index, device=self.device)
-            return (self.stack.nearest(own, points) < 0).cpu().numpy()
-
+        body = self.pool[index]
         generator = torch.Generator().manual_seed(int(self.random.integers(2**31)))
         for rotation in poses.quaternion_to_rotation(poses.random_quaternions(TURNS, generator, torch.float64)).numpy():
-            yield Turned.filling(self.half[index].cpu().numpy(), inside, rotation, self.room.voxel)
+            yield Turned.filling(self.grids[body.digest], body.half_extents, rotation, self.room.voxel)
 
     # -- pressing ----------------------------------------------------------------------------------------------------
 

@@ -17,6 +17,7 @@ from scipy import fft, ndimage
 from . import o3d
 from .containers import Container
 from .meshes import Body
+from .sdf import Grid
 
 VOXEL_SHARE = 1 / 64  # of the container's longest edge
 ROUNDING = 1e-3  # of a voxel that an object may reach into the next
@@ -85,14 +86,28 @@ class Turned:
         return cls(rotation, voxels, (shape * voxel - size) / 2 - low)
 
     @classmethod
-    def filling(cls, half: np.ndarray, inside, rotation: np.ndarray, voxel: float) -> Turned:
-        """The voxels whose middle the solid holds.
-
-        half `(3,)` of its box; inside : places `(M, 3)` in its frame -> bool.
-        """
+    def filling(cls, grid: Grid, half: np.ndarray, rotation: np.ndarray, voxel: float) -> Turned:
+        """The voxels whose middle lies where a body's grid is negative; half `(3,)` of the body's box."""
         shape = np.maximum(np.ceil(2 * np.abs(rotation) @ half / voxel).astype(int), 1)
-        middles = (np.stack(np.indices(shape), -1).reshape(-1, 3) + 0.5 - shape / 2) * voxel
-        return cls(rotation, inside(middles @ rotation).reshape(shape), shape * voxel / 2)
+        first = rotation.T @ ((0.5 - shape / 2) * voxel)
+        depth = ndimage.affine_transform(
+            grid.values,
+            rotation.T * (voxel / grid.spacing),
+            (first - grid.origin) / grid.spacing,
+            tuple(shape),
+            order=1,
+            mode="constant",
+            cval=1.0,
+        )
+        return cls(rotation, depth < 0, shape * voxel / 2)
+
+    def turned(self, quarter: np.ndarray, voxel: float) -> Turned:
+        """The same after one of `quarter_turns`: the voxels change places with their axes."""
+        axes, signs = np.abs(quarter).argmax(1), quarter.sum(1)
+        backwards = tuple(int(axis) for axis in np.flatnonzero(signs < 0))
+        voxels = np.ascontiguousarray(np.flip(self.voxels.transpose(axes), backwards))
+        centre = np.where(signs < 0, np.array(voxels.shape) * voxel - self.centre[axes], self.centre[axes])
+        return Turned(quarter @ self.rotation, voxels, centre)
 
 
 class Room:
