@@ -37,16 +37,15 @@ def scene_picture(
     azimuth_deg: float = 35.0,
     elevation_deg: float = 22.0,
     hues: np.ndarray | None = None,
+    shadows: Sequence[tuple[Camera, np.ndarray]] = (),
 ) -> np.ndarray:
     """Bodies placed by `matrices` `(N, 4, 4)`, and the container's edges, as an RGB image `(H, W, 3)` uint8.
 
     hues `(N, 3)` or `(N, 4)`: the bodies' colours, RGB and opacity in [0, 1]; None for `colours`. azimuth and elevation
-    name the direction of looking, as in `cameras`.
+    name the direction of looking, as in `cameras`. shadows : views and silhouettes `(H, W)` in [0, 1], each thrown
+    on a wall behind the bodies as that view sees them.
     """
-    if sys.platform == "linux" and not os.environ.get("DISPLAY"):
-        os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")  # do not try X first
-    import pyvista
-
+    pyvista = _load_pyvista()
     plotter = pyvista.Plotter(off_screen=True, window_size=list(size), lighting="light kit")
     plotter.set_background("white")
     hues = colours(len(bodies)) if hues is None else hues
@@ -72,6 +71,10 @@ def scene_picture(
         bounds = container.bounds
     else:
         bounds = np.array(plotter.bounds).reshape(3, 2).T
+    for view, image in shadows:
+        _add_wall(plotter, view, image)
+    if shadows:
+        bounds = np.array(plotter.bounds).reshape(3, 2).T
     centre = bounds.mean(0)
     reach = float(np.linalg.norm(np.ptp(bounds, axis=0)))
     forward = Camera(azimuth_deg, elevation_deg, reach).axes[2]
@@ -80,6 +83,26 @@ def scene_picture(
     picture = plotter.screenshot(return_img=True)
     plotter.close()
     return picture
+
+
+def _load_pyvista():
+    if sys.platform == "linux" and not os.environ.get("DISPLAY"):
+        os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")  # do not try X first
+    import pyvista
+
+    return pyvista
+
+
+def _add_wall(plotter, view: Camera, image: np.ndarray) -> None:
+    """A square wall behind the view's volume, with its silhouette as a shadow."""
+    pyvista = _load_pyvista()
+    right, up, forward = view.axes * view.width / 2
+    middle = np.asarray(view.centre) + 1.15 * forward
+    corners = np.array([middle + x * right + y * up for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
+    wall = pyvista.PolyData.from_regular_faces(corners, np.array([[0, 1, 2, 3]]))
+    wall.active_texture_coordinates = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], float)
+    grey = np.repeat(np.uint8(235 - 170 * np.clip(image, 0, 1))[..., None], 3, 2)
+    plotter.add_mesh(wall, texture=pyvista.numpy_to_texture(grey), lighting=False)
 
 
 def silhouette_figure(targets: np.ndarray, images: np.ndarray, cameras: Sequence[Camera]) -> Figure:

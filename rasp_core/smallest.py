@@ -133,7 +133,7 @@ class _Search:
             edges = edges + self.placement.room.voxel * (self.shape.free if self.shape.cube else shortest)
             if np.prod(edges) >= largest or late():
                 return
-            if edges[self.shape.free].min() > longest * len(self.bodies):
+            if edges[self.shape.free].min() > (longest + 2 * self.placement.room.voxel) * len(self.bodies):
                 raise InputError("not all objects fit between the fixed edges; make them longer, or free them with *")
             self.placement.enter(box(edges), keep=True)
         backwards = np.argsort(list(self.placement.placed))

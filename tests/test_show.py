@@ -16,6 +16,20 @@ def placed(count):
     return bodies, matrices
 
 
+def test_shadows_fall_on_walls_behind():
+    bodies, room = kitchen_like(1), box((0.2, 0.2, 0.2))
+    view, image = room.views()[0], np.zeros((32, 32))
+    pictures = []
+    for dark in (0.0, 1.0):
+        image[:16] = dark  # the upper half of the wall
+        pictures.append(show.scene_picture(bodies, np.eye(4)[None], room, (200, 200), shadows=[(view, image)]))
+    light, shaded = (picture[..., 0].astype(int) for picture in pictures)
+    changed = np.argwhere(shaded < light - 50)
+    assert len(changed) > 500
+    unchanged_wall = np.argwhere((light > 225) & (light < 245) & (shaded == light))
+    assert changed[:, 0].mean() < unchanged_wall[:, 0].mean(), "row 0 of the silhouette is on top"
+
+
 def test_bodies_take_the_colours_given():
     bodies, room = kitchen_like(1), box((0.2, 0.2, 0.2))
     red, green = (

@@ -57,6 +57,13 @@ def test_eight_cubes_are_a_cube():
     assert holds_all(smallest.pack(bodies, parse("auto:cube"), QUICK, effort=0), bodies) == pytest.approx([0.2] * 3)
 
 
+@pytest.mark.parametrize("text", ["auto", "auto:cube", "auto:*,0.3,*"])
+def test_one_object_is_boxed(text):
+    (body,) = kitchen_like(1)
+    edges = holds_all(smallest.pack([body], parse(text), QUICK, effort=1), [body])
+    assert edges.max() <= (0.3 if "0.3" in text else 2 * body.half_extents.max() + 1e-9)
+
+
 def test_ctrl_c_returns_the_best_so_far(monkeypatch):
     def interrupt(self):
         raise KeyboardInterrupt
