@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 import trimesh
+from scipy.spatial import QhullError
 
 from . import o3d
 from .arrange import file_to_world
@@ -30,6 +31,7 @@ STIFF = 0.006  # seconds in which a contact gives way; MuJoCo wants at least two
 REST = 0.01  # container lengths a second, below which a body counts as resting
 CHECKED = 50  # steps between looks at the speeds
 CONVEX = 1.001  # volume of a convex piece's hull over its own
+FLAT = 1e-6  # volume of a hull over its longest edge cubed, below which it is no solid
 CONCAVITY = 0.05  # CoACD's threshold
 CORNERS = 64  # of a convex piece, at most
 WALL = 0.05  # thickness of the walls, of the container's longest edge
@@ -135,10 +137,9 @@ def convex_pieces(body: Body) -> list[np.ndarray]:
     """Corners `(V, 3)` of convex pieces that make up the body, about its centre: its own pieces, where all are convex,
     else CoACD's."""
     mesh = trimesh.Trimesh(body.vertices - body.centre, body.faces, process=False)
-    pieces = [piece.vertices[np.unique(piece.faces)] for piece in mesh.split(only_watertight=False)]
-    hulls = [trimesh.PointCloud(piece).convex_hull for piece in pieces if len(piece) > 3]
-    own = sum(abs(piece.volume) for piece in mesh.split(only_watertight=False))
-    if sum(hull.volume for hull in hulls) <= CONVEX * own:
+    pieces = mesh.split(only_watertight=False)
+    hulls = [hull for piece in pieces if (hull := _hull(piece.vertices[np.unique(piece.faces)])) is not None]
+    if sum(hull.volume for hull in hulls) <= CONVEX * sum(abs(piece.volume) for piece in pieces):
         return [np.asarray(hull.vertices) for hull in hulls]
     import coacd
 
@@ -152,7 +153,16 @@ def convex_pieces(body: Body) -> list[np.ndarray]:
         decimate=True,
         max_ch_vertex=CORNERS,
     )
-    return [np.asarray(vertices) for vertices, _ in found]
+    return [np.asarray(vertices) for vertices, _ in found if _hull(np.asarray(vertices)) is not None]
+
+
+def _hull(points: np.ndarray) -> trimesh.Trimesh | None:
+    """The convex hull of `(V, 3)` points; None where they span no volume."""
+    try:
+        hull = trimesh.PointCloud(points).convex_hull
+    except QhullError:
+        return None
+    return hull if hull.volume > FLAT * float(np.ptp(points, axis=0).max()) ** 3 else None
 
 
 def _model(bodies: Sequence[Body], matrices: np.ndarray, container: Container, unit: float):
@@ -166,11 +176,11 @@ def _model(bodies: Sequence[Body], matrices: np.ndarray, container: Container, u
 
     def add_piece(parent, name: str, vertices: np.ndarray, reuse: bool = False) -> None:
         if not reuse:
-            faces = trimesh.PointCloud(vertices).convex_hull
+            hull = _hull(vertices)
             spec.add_mesh(
                 name=name,
-                uservert=np.asarray(faces.vertices / unit).ravel(),
-                userface=np.asarray(faces.faces).ravel(),
+                uservert=np.asarray(hull.vertices / unit).ravel(),
+                userface=np.asarray(hull.faces).ravel(),
                 inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX,
                 maxhullvert=CORNERS,
             )
@@ -188,7 +198,7 @@ def _model(bodies: Sequence[Body], matrices: np.ndarray, container: Container, u
         for k, piece in enumerate(pieces):
             add_piece(place, f"{body.digest}.{k}", piece, reuse)
     if container.size is None:
-        for k, slab in enumerate(_slabs(container)):
+        for k, slab in enumerate(slab for slab in _slabs(container) if _hull(slab) is not None):
             add_piece(spec.worldbody, f"wall.{k}", slab)
         return spec.compile()
     half, thick = container.size / unit / 2, WALL / 2

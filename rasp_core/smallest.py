@@ -52,9 +52,9 @@ def pack(
     """All `bodies` in the smallest box of a shape that is found, certified.
 
     rule : None for the search above; a name of `baselines.RULES` for that baseline alone, placing all in shaken orders
-    until time is over. time_limit : seconds. effort : number of tries (placements, for a rule), `EFFORT` (1) where
-    neither is given. settings : seed, resolution and query points count. Ctrl-C and the time limit return the best so
-    far, but for the first placement, which is made in any case.
+    until time is over. time_limit : seconds. effort : number of tries (further placements, for a rule), `EFFORT`
+    (none) where neither is given. settings : seed, resolution and query points count. Ctrl-C and the time limit
+    return the best so far, but for the first placement, which is made in any case.
 
     Raises InputError for no bodies, a negative effort, or bodies that no box with the fixed edges holds.
     """
@@ -107,7 +107,8 @@ class _Search:
 
     def place(self, rule: str) -> None:
         """The first box, by a baseline."""
-        self.placement = Placement(self.bodies, box(self.shape.sized(self.volumes.sum() / FIRST_DENSITY)), 0, rule)
+        first = self.shape.sized(self.volumes.sum() / FIRST_DENSITY)
+        self.placement = Placement(self.bodies, box(first), self.settings.seed, rule)
         self._grow(None, np.inf)
 
     def try_placement(self) -> None:

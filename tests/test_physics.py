@@ -71,6 +71,11 @@ def test_convex_pieces_make_up_the_body(seed):
     assert np.ptp(joined, axis=0) == pytest.approx(2 * whole.half_extents, rel=0.05)
 
 
+def test_points_in_a_plane_have_no_hull():
+    assert physics._hull(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0.0]])) is None
+    assert physics._hull(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])).volume == pytest.approx(1 / 6)
+
+
 def test_bad_input_is_refused():
     with pytest.raises(InputError, match="nothing to settle"):
         physics.settle([], at(), box((1, 1, 1)))
