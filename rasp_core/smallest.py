@@ -31,7 +31,8 @@ from .scene import resolve_device
 EFFORT = 100  # tries, where no time is given
 FIRST_DENSITY = 0.5  # of the box in which the placement of all begins
 FULL_DENSITY = 0.62  # of the box in which the search begins
-GROWTH, PATIENCE = 1.01, 4  # of its volume, after so many objects in a row could not be pressed in
+FILL_SHARE = 0.5  # of the budget, after which the first placement is squeezed instead
+GROWTH, PATIENCE = 1.01, 3  # of its volume, after so many objects in a row could not be pressed in; then twice that
 CANDIDATES, MOVES = 4, 4  # objects looked at for pressing in, and for moving
 FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.006, 0.03, 2e-4  # shares of the volume that the box loses at once
 HELD, FAILED = 1.3, 0.85  # what the step is multiplied by
@@ -67,9 +68,9 @@ def pack(
     search = _Search(bodies, shape, settings, device, time_limit, effort, progress, rule)
     try:
         search.place(rule or "spectral")
-        if rule is None and not search.over:
+        if rule is None and not search.over():
             search.fill()
-        while not search.over:
+        while not search.over():
             search.try_placement() if rule else search.squeeze()
     except KeyboardInterrupt:
         if search.container is None:
@@ -96,12 +97,12 @@ class _Search:
         self.rounds: list[dict] = []
         self.bar = progress_bar(f"smallest box, {rule or 'dense'}", "try", progress, effort)
 
-    @property
-    def over(self) -> bool:
-        return self.spent() or (self.effort is not None and self.tries >= self.effort)
+    def over(self, share: float = 1.0) -> bool:
+        """True where a share of the budget is used up."""
+        return self.spent(share) or (self.effort is not None and self.tries >= share * self.effort)
 
-    def spent(self) -> bool:
-        return self.time_limit is not None and time.monotonic() - self.began > self.time_limit
+    def spent(self, share: float = 1.0) -> bool:
+        return self.time_limit is not None and time.monotonic() - self.began > share * self.time_limit
 
     # -- placing -----------------------------------------------------------------------------------------------------
 
@@ -147,9 +148,9 @@ class _Search:
         edges = self.shape.sized(self.volumes.sum() / FULL_DENSITY)
         self.placement.enter(box(edges))
         self.placement.fill(stop=self.spent)
-        chosen, start, failed = list(self.placement.placed), self.placement.start, 0
+        chosen, start, failed, growth = list(self.placement.placed), self.placement.start, 0, GROWTH
         self.press = Press(self.bodies, box(edges), self.settings, self.device, self.random, self.spent)
-        while len(chosen) < len(self.bodies) and not self.over:
+        while len(chosen) < len(self.bodies) and not self.over(FILL_SHARE):
             self.tries += 1
             self.bar.update()
             rest = np.setdiff1d(np.arange(len(self.bodies)), chosen)
@@ -157,13 +158,13 @@ class _Search:
             found = self.press.least_shared(self.random.choice(rest, min(CANDIDATES, len(rest)), replace=False), np.inf)
             settled = None if found is None else self._pressed([*chosen, found[0]], join(start, found[1]))
             if settled is not None:
-                chosen, start, failed = [*chosen, found[0]], settled, 0
+                chosen, start, failed, growth = [*chosen, found[0]], settled, 0, GROWTH
                 continue
             failed += 1
             if failed == PATIENCE:
-                larger = self.shape.sized(np.prod(edges) * GROWTH)
+                larger = self.shape.sized(np.prod(edges) * growth)
                 start = Start(start.rotation, start.translation * torch.from_numpy(larger / edges))
-                edges, failed = larger, 0
+                edges, failed, growth = larger, 0, growth**2
                 self.press.enter(box(edges))
         if len(chosen) == len(self.bodies):
             self._keep(*self._drawn_in(start.take(np.argsort(chosen))), self.container.volume)

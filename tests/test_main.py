@@ -143,7 +143,7 @@ def test_objects_that_cannot_be_used_are_named_in_one_line(pool, tmp_path, capsy
         ("--time-limit", "0", "--time-limit must be positive"),
         ("--effort", "5", "method rasp has no effort"),
         ("--device", "abacus", "device 'abacus' is not available"),
-        ("--method", "magic", "invalid choice"),
+        ("--method", "magic", "unknown; use one of rasp"),
         ("--out", "/dev/null/out", "cannot be written"),
         ("--lambda", "-1", "lambda_ must not be negative"),
     ],

@@ -69,7 +69,7 @@ def test_ctrl_c_returns_the_best_so_far(monkeypatch):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(smallest._Search, "squeeze", interrupt)
-    packed = smallest.pack(kitchen_like(4), parse("auto"), QUICK, effort=5)
+    packed = smallest.pack(kitchen_like(4), parse("auto"), QUICK, effort=50)
     assert packed.arrangement.interrupted
     assert packed.certificate.holds
     monkeypatch.setattr(smallest._Search, "place", lambda self, rule: interrupt(self))
