@@ -32,7 +32,9 @@ EFFORT = 100  # tries, where no time is given
 FIRST_DENSITY = 0.5  # of the box in which the placement of all begins
 FULL_DENSITY = 0.62  # of the box in which the search begins
 FILL_SHARE = 0.5  # of the budget, after which the first placement is squeezed instead
-GROWTH, PATIENCE = 1.01, 3  # of its volume, after so many objects in a row could not be pressed in; then twice that
+GROWTH = 0.01  # of its volume, or half the share of the objects that are left over, where that is more
+PATIENCE = 2  # objects in a row that could not be pressed in, after which it grows
+BATCH = 8  # objects pressed in at once, at most
 CANDIDATES, MOVES = 4, 4  # objects looked at for pressing in, and for moving
 FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.006, 0.03, 2e-4  # shares of the volume that the box loses at once
 HELD, FAILED = 1.3, 0.85  # what the step is multiplied by
@@ -148,26 +150,37 @@ class _Search:
         edges = self.shape.sized(self.volumes.sum() / FULL_DENSITY)
         self.placement.enter(box(edges))
         self.placement.fill(stop=self.spent)
-        chosen, start, failed, growth = list(self.placement.placed), self.placement.start, 0, GROWTH
+        chosen, start = list(self.placement.placed), self.placement.start
+        batch, failed = BATCH, 0
         self.press = Press(self.bodies, box(edges), self.settings, self.device, self.random, self.spent)
         while len(chosen) < len(self.bodies) and not self.over(FILL_SHARE):
             self.tries += 1
             self.bar.update()
-            rest = np.setdiff1d(np.arange(len(self.bodies)), chosen)
-            self.press.look(chosen, start)
-            found = self.press.least_shared(self.random.choice(rest, min(CANDIDATES, len(rest)), replace=False), np.inf)
-            settled = None if found is None else self._pressed([*chosen, found[0]], join(start, found[1]))
+            more, there = self._added(chosen, start, batch)
+            settled = None if len(more) == len(chosen) else self._pressed(more, there)
             if settled is not None:
-                chosen, start, failed, growth = [*chosen, found[0]], settled, 0, GROWTH
+                chosen, start, failed, batch = more, settled, 0, min(2 * batch, BATCH)
                 continue
-            failed += 1
+            failed, batch = failed + (batch == 1), max(1, batch // 2)
             if failed == PATIENCE:
-                larger = self.shape.sized(np.prod(edges) * growth)
+                left = 1 - self.volumes[chosen].sum() / self.volumes.sum()
+                larger = self.shape.sized(np.prod(edges) * (1 + max(GROWTH, left / 2)))
                 start = Start(start.rotation, start.translation * torch.from_numpy(larger / edges))
-                edges, failed, growth = larger, 0, growth**2
+                edges, failed = larger, 0
                 self.press.enter(box(edges))
         if len(chosen) == len(self.bodies):
             self._keep(*self._drawn_in(start.take(np.argsort(chosen))), self.container.volume)
+
+    def _added(self, chosen: list[int], start: Start, count: int) -> tuple[list[int], Start]:
+        """Up to `count` objects more, each where it shares least with the others."""
+        for _ in range(min(count, len(self.bodies) - len(chosen))):
+            rest = np.setdiff1d(np.arange(len(self.bodies)), chosen)
+            self.press.look(chosen, start)
+            found = self.press.least_shared(self.random.choice(rest, min(CANDIDATES, len(rest)), replace=False), np.inf)
+            if found is None:
+                break
+            chosen, start = [*chosen, found[0]], join(start, found[1])
+        return chosen, start
 
     def squeeze(self) -> None:
         """One try to do with a smaller box."""
