@@ -9,12 +9,12 @@ Any of them can be ruined and built again: what lies about a random place is tak
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Sequence
 
 import numpy as np
 import torch
 
+from .budget import Budget
 from .containers import Container
 from .errors import InputError
 from .meshes import Body
@@ -49,16 +49,12 @@ def pack(
     if rule not in RULES:
         raise InputError(f"rule {rule!r} is unknown; use one of {', '.join(RULES)}")
     check_sizes(bodies, container)
-    began = time.monotonic()
-
-    def late() -> bool:
-        return time_limit is not None and time.monotonic() - began > time_limit
-
+    budget = Budget(time_limit)
     placement, best, rounds = Placement(bodies, container, settings.seed, rule), ({}, 0.0), []
     with progress_bar(rule, "placement", progress) as bar:
-        while not rounds or (len(rounds) < sequences if time_limit is None else not late()):
+        while not rounds or (len(rounds) < sequences if time_limit is None else not budget.spent()):
             placement.placed = {}
-            placement.fill(placement.shaken(shuffle) if rounds or np.isinf(shuffle) else None, late)
+            placement.fill(placement.shaken(shuffle) if rounds or np.isinf(shuffle) else None, budget.spent)
             if placement.density > best[1]:
                 best = placement.placed, placement.density
             rounds.append({"objects": len(placement.placed), "density": placement.density})

@@ -8,7 +8,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 
 import numpy as np
@@ -16,23 +15,21 @@ import torch
 
 from .arrange import file_to_world
 from .baselines import Placement
+from .budget import Budget
 from .certify import TOLERANCE, Certificate, certify
 from .containers import Container
-from .errors import InputError
 from .meshes import Body
 from .packing import Packing, check_sizes, finish, progress_bar
-from .pressing import Press, join
+from .pressing import CANDIDATES, Press, join
 from .problem import Settings, Start
 from .scene import resolve_device
 
 EFFORT = 400  # tries, where no time is given
 REBUILD_SHARE = 0.2  # of the seconds
 REBUILD_VOXELS = 10_000  # looked at in rebuilding for each unit of effort; above, pressing in is worth more
-MOVES, CANDIDATES = 4, 4  # looked at in each try, and objects looked at for each move
+MOVES = 4  # looked at in each try
 BATCH = 16  # objects put in at once, at most: twice as many after each success, half after each failure
 SWAPS = 0.7  # share of the moves that take an object out for a larger one
-HOPELESS_SHARED = 0.15  # of a mean object's volume: objects that share more are not pressed in
-HOPELESS_OVERLAP = 1e-4  # mean volumes times radii: Eq. 4 as a volume integral, after pressing
 
 
 def pack(
@@ -52,11 +49,8 @@ def pack(
     """
     settings = settings or Settings()
     check_sizes(bodies, container)
-    if effort is not None and effort < 0:
-        raise InputError(f"effort must not be negative, got {effort}")
-    if effort is None and time_limit is None:
-        effort = EFFORT
-    search = _Search(bodies, container, settings, device, time_limit, effort, progress)
+    budget = Budget(time_limit, EFFORT if effort is None and time_limit is None else effort)
+    search = _Search(bodies, container, settings, device, budget, progress)
     try:
         search.construct()
         search.press_in()
@@ -72,41 +66,36 @@ def pack(
 class _Search:
     """A search under way: the packing that holds, as indices into the pool and poses."""
 
-    def __init__(self, pool, container, settings, device, time_limit, effort, progress):
+    def __init__(self, pool, container, settings, device, budget, progress):
         self.pool, self.container, self.settings = list(pool), container, settings
         self.device = resolve_device(device)
-        self.began, self.time_limit, self.effort = time.monotonic(), time_limit, effort
+        self.budget = budget
         self.random = np.random.default_rng(settings.seed)
         self.volumes = np.array([body.volume for body in pool]) / container.volume
-        self.shareable = HOPELESS_SHARED * float(self.volumes.mean()) * container.volume
         self.chosen: list[int] = []
         self.start = Start(torch.zeros(0, 3, 3), torch.zeros(0, 3))
         self.press: Press | None = None
         self.rounds: list[dict] = []
-        self.tries, self.batch, self.interrupted = 0, 1, False
-        self.bar = progress_bar("dense", "try", progress, effort)
+        self.batch, self.interrupted = 1, False
+        self.bar = progress_bar("dense", "try", progress, budget.effort)
 
     @property
     def density(self) -> float:
         return float(self.volumes[self.chosen].sum())
-
-    def spent(self, share: float = 1.0) -> bool:
-        """True where a share of the time is over."""
-        return self.time_limit is not None and time.monotonic() - self.began > share * self.time_limit
 
     # -- construction ------------------------------------------------------------------------------------------------
 
     def construct(self) -> None:
         """Spectral placement, and its rebuilding."""
         spectral = Placement(self.pool, self.container, self.settings.seed)
-        spectral.fill(stop=self.spent)
+        spectral.fill(stop=self.budget.spent)
         self._take(spectral)
         voxels, done = int(spectral.room.shape.prod()), 0
         if voxels > REBUILD_VOXELS:
             return
-        rebuildings = np.inf if self.effort is None else self.effort * REBUILD_VOXELS // voxels
-        while self.chosen and done < rebuildings and not self.spent(REBUILD_SHARE):
-            spectral.rebuild(lambda: self.spent(REBUILD_SHARE))
+        rebuildings = np.inf if self.budget.effort is None else self.budget.effort * REBUILD_VOXELS // voxels
+        while self.chosen and done < rebuildings and not self.budget.spent(REBUILD_SHARE):
+            spectral.rebuild(lambda: self.budget.spent(REBUILD_SHARE))
             done += 1
             if spectral.density > self.density + 1e-9:
                 self._take(spectral)
@@ -126,11 +115,11 @@ class _Search:
 
     def press_in(self) -> None:
         """Try objects until the budget is spent."""
-        self.press = Press(self.pool, self.container, self.settings, self.device, self.random, self.spent)
-        while not self.spent() and (self.effort is None or self.tries < self.effort):
+        self.press = Press(self.pool, self.container, self.settings, self.device, self.random, self.budget.spent)
+        while not self.budget.over():
             if len(self.chosen) == len(self.pool):
                 return
-            self.tries += 1
+            self.budget.tries += 1
             self.bar.update()
             proposal = self._propose() if self.batch == 1 else self._propose_many()
             settled = None if proposal is None else self._settle(*proposal)
@@ -141,7 +130,7 @@ class _Search:
 
     def _propose(self) -> tuple[list[int], Start, int] | None:
         """The easiest of some moves: the one whose object shares least with the others where it is put."""
-        found, least = None, self.shareable
+        found, least = None, self.press.shareable
         for _ in range(MOVES):
             chosen, start, candidates = self._move()
             self.press.look(chosen, start)
@@ -153,15 +142,7 @@ class _Search:
 
     def _propose_many(self) -> tuple[list[int], Start, int] | None:
         """Several objects more, while there are voids for them."""
-        chosen, start = list(self.chosen), self.start
-        for _ in range(self.batch):
-            rest = np.setdiff1d(np.arange(len(self.pool)), chosen)
-            candidates = self.random.choice(rest, min(CANDIDATES, len(rest)), replace=False)
-            self.press.look(chosen, start)
-            place = self.press.least_shared(candidates, self.shareable)
-            if place is None:
-                break
-            chosen, start = [*chosen, place[0]], join(start, place[1])
+        chosen, start = self.press.add(self.chosen, self.start, self.batch, self.press.shareable)
         added = len(chosen) - len(self.chosen)
         return (chosen, start, added) if added else None
 
@@ -180,9 +161,9 @@ class _Search:
 
         added : how many of them, the last ones, are new.
         """
-        seed = self.settings.seed + self.tries
+        seed = self.settings.seed + self.budget.tries
         start, overlap = self.press.apart(chosen, start, seed)
-        if overlap > HOPELESS_OVERLAP * self.volumes.mean() * self.container.volume * self.press.radius:
+        if overlap > self.press.hopeless:
             if chosen[:-added] != self.chosen:
                 return None
             # what did not go in has pushed the others: without it they lie as densely as before, but otherwise
@@ -198,7 +179,7 @@ class _Search:
 
     def _keep(self, chosen: list[int], start: Start) -> None:
         self.chosen, self.start = chosen, start
-        self.rounds.append({"tries": self.tries, "objects": len(chosen), "density": self.density})
+        self.rounds.append({"tries": self.budget.tries, "objects": len(chosen), "density": self.density})
         self.bar.set_postfix_str(f"objects {len(chosen)}, density {self.density:.4f}")
 
     def result(self) -> Packing:

@@ -52,7 +52,7 @@ def mend(
     some thousandths of a volume: what begins with one above `largest` is given up at once. There are at most SWEEPS
     sweeps, in which all bodies at fault move at once.
     """
-    rotation, translation = start.rotation.double().clone(), start.translation.double().clone()
+    rotation, translation = start.rotation.double(), start.translation.double()
     reach = [body.radius for body in bodies]
     faults, worst_of = _Faults(bodies, container), []
     for _ in range(SWEEPS):

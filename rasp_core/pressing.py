@@ -25,6 +25,9 @@ from .voxels import Room, Turned
 
 VOIDS = 48  # voxels along the container's longest edge, in which voids are looked for
 TURNS = 16  # rotations looked at for each object
+CANDIDATES = 4  # objects of which the one that shares least is taken
+HOPELESS_SHARED = 0.15  # of a mean object's volume: objects that share more are not pressed in
+HOPELESS_OVERLAP = 1e-4  # mean volumes times radii: Eq. 4 as a volume integral, after pressing
 POINTS = 30_000  # query points, at most: contact sees what lies between them
 NEARLY = 20 * TOLERANCE  # faults that exact booleans may still take away
 STRICT = 0.95  # of the certificate's tolerance, for what rounding makes of volumes
@@ -36,7 +39,9 @@ SKIN = 3e-4  # of the viewing width: Eq. 5's epsilon
 class Press:
     """Works on some of a pool's objects, given as indices into it and poses in their order, in a container.
 
-    spent : says when time is over; pressing then ends, and nothing counts as settled.
+    shareable : cubic metres that an object worth pressing in shares with others at most. hopeless : the overlap after
+    pressing above which it is not worth going on. spent : says when time is over; pressing then ends, and nothing
+    counts as settled.
     """
 
     def __init__(
@@ -51,6 +56,8 @@ class Press:
         self.pool, self.settings, self.device = list(pool), settings, device
         self.random, self.spent = random, spent
         self.radius = float(np.mean([body.radius for body in pool]))
+        mean = float(np.mean([body.volume for body in pool]))
+        self.shareable, self.hopeless = HOPELESS_SHARED * mean, HOPELESS_OVERLAP * mean * self.radius
         self.stack = GridStack.of_bodies(pool, device)
         distinct = {body.digest: body for body in pool}
         self.grids = {digest: bake_cached(body) for digest, body in distinct.items()}
@@ -91,6 +98,18 @@ class Press:
         index, turned, shift = found
         centre = self.room.centre(turned, shift)
         return index, Start(torch.from_numpy(turned.rotation)[None], torch.from_numpy(centre)[None]), least
+
+    def add(self, chosen: list[int], start: Start, count: int, least: float) -> tuple[list[int], Start]:
+        """Up to `count` objects of the pool more: each the one of CANDIDATES that shares least with the others, and
+        less than `least` cubic metres."""
+        for _ in range(min(count, len(self.pool) - len(chosen))):
+            rest = np.setdiff1d(np.arange(len(self.pool)), chosen)
+            self.look(chosen, start)
+            found = self.least_shared(self.random.choice(rest, min(CANDIDATES, len(rest)), replace=False), least)
+            if found is None:
+                break
+            chosen, start = [*chosen, found[0]], join(start, found[1])
+        return chosen, start
 
     def _turned(self, index: int) -> Iterable[Turned]:
         """An object of the pool in random rotations, as voxels."""

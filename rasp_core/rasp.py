@@ -14,7 +14,6 @@ the most that fit with no intersection. It departs from the text so:
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -23,13 +22,14 @@ import torch
 
 from . import losses
 from .arrange import arrange
+from .budget import Budget
 from .certify import TOLERANCE, certify
 from .containers import Container
 from .density import mesh_density
 from .errors import InputError
 from .meshes import Body
 from .packing import Packing, check_sizes, finish, progress_bar
-from .pressing import Press, join
+from .pressing import Press
 from .problem import Problem, Settings, Start
 
 FIRST_ROUND = 0.15  # of `iterations`: the length of the first and the settling rounds; those between take a quarter
@@ -39,8 +39,6 @@ RESOLVABLE = 0.01  # share of overlapping volume that the last stage can press o
 LARGEST_DROP = 0.08  # share of the objects dropped in one round
 PATIENCE = 12  # objects in a row that could not be added, after which N_max is reached
 MOST_TRIES = 50  # objects tried at most
-CANDIDATES = 4  # objects of which the one that shares least is added
-HOPELESS_SHARED = 0.15  # of a mean object's volume
 STALLED = 0.7  # a settling round that leaves more than this of the worst fault has stalled
 
 
@@ -86,7 +84,7 @@ class _Run:
     def __init__(self, pool, container, chosen, settings, device, time_limit, progress):
         self.pool, self.container, self.chosen = pool, container, chosen
         self.settings, self.device = settings, device
-        self.deadline = None if time_limit is None else time.monotonic() + time_limit
+        self.budget = Budget(time_limit)
         self.start = Start.random(self.bodies, container, settings.seed)
         self.histories, self.rounds = [], []
         self.bar = progress_bar("pack", "it", progress)
@@ -133,7 +131,7 @@ class _Run:
             self._drop(1)
             self._judge()
         self._add()
-        interrupted = self.stopped or self._late()
+        interrupted = self.stopped or self.budget.spent()
         return finish(
             *(self.pool, self.chosen, self.start, self.container, self.settings, self.device),
             *(self.histories, self.rounds, interrupted),
@@ -142,20 +140,16 @@ class _Run:
     def _add(self) -> None:
         """Objects one by one, each kept where the certificate then holds, until PATIENCE of them in a row could not be
         added, or MOST_TRIES were tried."""
-        random, refused, mean = np.random.default_rng(self.settings.seed), 0, np.mean([b.volume for b in self.pool])
-        press = Press(self.pool, self.container, self.settings, self.device, random, self._late)
+        random, refused = np.random.default_rng(self.settings.seed), 0
+        press = Press(self.pool, self.container, self.settings, self.device, random, self.budget.spent)
         for attempt in range(MOST_TRIES):
-            rest = np.setdiff1d(np.arange(len(self.pool)), self.chosen)
-            if not len(rest) or refused == PATIENCE or self.stopped:
+            if len(self.chosen) == len(self.pool) or refused == PATIENCE or self.stopped:
                 break
             refused, seed = refused + 1, self.settings.seed + attempt
-            press.look(self.chosen, self.start)
-            candidates = random.choice(rest, min(CANDIDATES, len(rest)), replace=False)
-            found = press.least_shared(candidates, HOPELESS_SHARED * mean)
-            if found is None:
+            chosen, start = press.add(self.chosen, self.start, 1, press.shareable)
+            if len(chosen) == len(self.chosen):
                 continue
-            chosen = [*self.chosen, found[0]]
-            start = press.settle(chosen, press.apart(chosen, join(self.start, found[1]), seed)[0], seed)
+            start = press.settle(chosen, press.apart(chosen, start, seed)[0], seed)
             if start is not None:
                 self.chosen, self.start, refused = chosen, start, 0
                 self._record(added=True)
@@ -183,10 +177,7 @@ class _Run:
 
     def _after_step(self, _step) -> bool:
         self.bar.update()
-        return self._late()
-
-    def _late(self) -> bool:
-        return self.deadline is not None and time.monotonic() > self.deadline
+        return self.budget.spent()
 
     def _judge(self) -> None:
         self.certificate = certify(self.bodies, self.arrangement.matrices, self.container, TOLERANCE)

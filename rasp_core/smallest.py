@@ -11,7 +11,6 @@ Estimation.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 
 import numpy as np
@@ -19,6 +18,7 @@ import torch
 
 from .arrange import file_to_world
 from .baselines import Placement
+from .budget import Budget
 from .certify import certify, placed_solid
 from .containers import Container, FreeBox, box
 from .errors import InputError
@@ -35,11 +35,10 @@ FILL_SHARE = 0.5  # of the budget, after which the first placement is squeezed i
 GROWTH = 0.01  # of its volume, or half the share of the objects that are left over, where that is more
 PATIENCE = 2  # objects in a row that could not be pressed in, after which it grows
 BATCH = 8  # objects pressed in at once, at most
-CANDIDATES, MOVES = 4, 4  # objects looked at for pressing in, and for moving
+MOVES = 4  # objects looked at for moving
 FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.006, 0.03, 2e-4  # shares of the volume that the box loses at once
 HELD, FAILED = 1.3, 0.85  # what the step is multiplied by
 MOVED = 0.5  # share of the tries that put an object elsewhere
-HOPELESS_OVERLAP = 1e-4  # mean volumes times radii: Eq. 4 as a volume integral, after pressing
 
 
 def pack(
@@ -62,17 +61,16 @@ def pack(
     Raises InputError for no bodies, a negative effort, or bodies that no box with the fixed edges holds.
     """
     settings = settings or Settings()
-    if effort is not None and effort < 0:
-        raise InputError(f"effort must not be negative, got {effort}")
     if effort is None and time_limit is None:
         effort = EFFORT if rule is None else 0
-    check_sizes(bodies, box([_longest(bodies) if e is None else e for e in shape.edges]) if bodies else None)
-    search = _Search(bodies, shape, settings, device, time_limit, effort, progress, rule)
+    budget = Budget(time_limit, effort)
+    check_sizes(bodies, box([_longest(bodies) if e is None else e for e in shape.edges]))
+    search = _Search(bodies, shape, settings, device, budget, progress, rule)
     try:
         search.place(rule or "spectral")
-        if rule is None and not search.over():
+        if rule is None and not budget.over():
             search.fill()
-        while not search.over():
+        while not budget.over():
             search.try_placement() if rule else search.squeeze()
     except KeyboardInterrupt:
         if search.container is None:
@@ -86,25 +84,18 @@ def pack(
 class _Search:
     """A search under way: poses of all bodies that hold in `container`."""
 
-    def __init__(self, bodies, shape, settings, device, time_limit, effort, progress, rule):
+    def __init__(self, bodies, shape, settings, device, budget, progress, rule):
         self.bodies, self.shape, self.settings = list(bodies), shape, settings
         self.device = resolve_device(device)
-        self.began, self.time_limit, self.effort = time.monotonic(), time_limit, effort
+        self.budget = budget
         self.random = np.random.default_rng(settings.seed)
         self.volumes = np.array([body.volume for body in bodies])
         self.container: Container | None = None
         self.start: Start | None = None
         self.press: Press | None = None
-        self.step, self.tries, self.interrupted = FIRST_STEP, 0, False
+        self.step, self.interrupted = FIRST_STEP, False
         self.rounds: list[dict] = []
-        self.bar = progress_bar(f"smallest box, {rule or 'dense'}", "try", progress, effort)
-
-    def over(self, share: float = 1.0) -> bool:
-        """True where a share of the budget is used up."""
-        return self.spent(share) or (self.effort is not None and self.tries >= share * self.effort)
-
-    def spent(self, share: float = 1.0) -> bool:
-        return self.time_limit is not None and time.monotonic() - self.began > share * self.time_limit
+        self.bar = progress_bar(f"smallest box, {rule or 'dense'}", "try", progress, budget.effort)
 
     # -- placing -----------------------------------------------------------------------------------------------------
 
@@ -112,22 +103,22 @@ class _Search:
         """The first box, by a baseline."""
         first = self.shape.sized(self.volumes.sum() / FIRST_DENSITY)
         self.placement = Placement(self.bodies, box(first), self.settings.seed, rule)
-        self._grow(None, np.inf)
+        self._grow(None)
 
     def try_placement(self) -> None:
         """Place anew in a shaken order; the box starts a little below the best."""
-        self.tries += 1
+        self.budget.tries += 1
         self.bar.update()
         self.placement.enter(box(self.shape.sized(0.97 * self.container.volume)))
-        self._grow(self.placement.shaken(), self.container.volume)
+        self._grow(self.placement.shaken())
 
-    def _grow(self, order: np.ndarray | None, largest: float) -> None:
-        """Place all, the box growing by a voxel at a time; given up where it would be no smaller than `largest`, cubic
-        metres, and where time is over unless `largest` is infinite."""
+    def _grow(self, order: np.ndarray | None) -> None:
+        """Place all, the box growing by a voxel at a time; given up where it would be no smaller than the best, and,
+        where there is a best, when time is over."""
         longest, edges = _longest(self.bodies), self.placement.container.size
 
         def late() -> bool:
-            return np.isfinite(largest) and self.spent()
+            return self.container is not None and self.budget.spent()
 
         while True:
             self.placement.fill(order, late)
@@ -135,13 +126,13 @@ class _Search:
                 break
             shortest = np.arange(3) == np.where(self.shape.free, edges, np.inf).argmin()
             edges = edges + self.placement.room.voxel * (self.shape.free if self.shape.cube else shortest)
-            if np.prod(edges) >= largest or late():
+            if np.prod(edges) >= self.least or late():
                 return
             if edges[self.shape.free].min() > (longest + 2 * self.placement.room.voxel) * len(self.bodies):
                 raise InputError("not all objects fit between the fixed edges; make them longer, or free them with *")
             self.placement.enter(box(edges), keep=True)
         backwards = np.argsort(list(self.placement.placed))
-        self._keep(*self._drawn_in(self.placement.start.take(backwards)), largest)
+        self._keep(*self._drawn_in(self.placement.start.take(backwards)))
 
     # -- pressing ----------------------------------------------------------------------------------------------------
 
@@ -149,14 +140,14 @@ class _Search:
         """Begin anew in a small box: what does not go in by placing is pressed in, the box growing where that fails."""
         edges = self.shape.sized(self.volumes.sum() / FULL_DENSITY)
         self.placement.enter(box(edges))
-        self.placement.fill(stop=self.spent)
+        self.placement.fill(stop=self.budget.spent)
         chosen, start = list(self.placement.placed), self.placement.start
         batch, failed = BATCH, 0
-        self.press = Press(self.bodies, box(edges), self.settings, self.device, self.random, self.spent)
-        while len(chosen) < len(self.bodies) and not self.over(FILL_SHARE):
-            self.tries += 1
+        self.press = Press(self.bodies, box(edges), self.settings, self.device, self.random, self.budget.spent)
+        while len(chosen) < len(self.bodies) and not self.budget.over(FILL_SHARE):
+            self.budget.tries += 1
             self.bar.update()
-            more, there = self._added(chosen, start, batch)
+            more, there = self.press.add(chosen, start, batch, np.inf)
             settled = None if len(more) == len(chosen) else self._pressed(more, there)
             if settled is not None:
                 chosen, start, failed, batch = more, settled, 0, min(2 * batch, BATCH)
@@ -169,22 +160,11 @@ class _Search:
                 edges, failed = larger, 0
                 self.press.enter(box(edges))
         if len(chosen) == len(self.bodies):
-            self._keep(*self._drawn_in(start.take(np.argsort(chosen))), self.container.volume)
-
-    def _added(self, chosen: list[int], start: Start, count: int) -> tuple[list[int], Start]:
-        """Up to `count` objects more, each where it shares least with the others."""
-        for _ in range(min(count, len(self.bodies) - len(chosen))):
-            rest = np.setdiff1d(np.arange(len(self.bodies)), chosen)
-            self.press.look(chosen, start)
-            found = self.press.least_shared(self.random.choice(rest, min(CANDIDATES, len(rest)), replace=False), np.inf)
-            if found is None:
-                break
-            chosen, start = [*chosen, found[0]], join(start, found[1])
-        return chosen, start
+            self._keep(*self._drawn_in(start.take(np.argsort(chosen))))
 
     def squeeze(self) -> None:
         """One try to do with a smaller box."""
-        self.tries += 1
+        self.budget.tries += 1
         self.bar.update()
         edges = self._smaller()
         shrink = torch.from_numpy(edges / self.container.size)
@@ -197,12 +177,12 @@ class _Search:
         self.step *= FAILED if held is None else HELD
         self.step = float(np.clip(self.step, SMALLEST_STEP, LARGEST_STEP))
         if held is not None:
-            self._keep(*self._drawn_in(held.take(np.argsort(order))), self.container.volume)
+            self._keep(*self._drawn_in(held.take(np.argsort(order))))
 
     def _pressed(self, chosen: list[int], start: Start) -> Start | None:
-        seed = self.settings.seed + self.tries
+        seed = self.settings.seed + self.budget.tries
         start, overlap = self.press.apart(chosen, start, seed)
-        if overlap > HOPELESS_OVERLAP * self.volumes.mean() * self.press.radius:
+        if overlap > self.press.hopeless:
             return None
         return self.press.settle(chosen, start, seed)
 
@@ -241,14 +221,19 @@ class _Search:
         middle = np.where(self.shape.free | fits, (low + high) / 2, 0.0)
         return box(edges), Start(start.rotation, start.translation - torch.from_numpy(middle))
 
-    def _keep(self, container: Container, start: Start, largest: float) -> None:
-        if container.volume >= largest:
+    @property
+    def least(self) -> float:
+        """Volume of the smallest box so far, cubic metres."""
+        return np.inf if self.container is None else self.container.volume
+
+    def _keep(self, container: Container, start: Start) -> None:
+        if container.volume >= self.least:
             return
         matrices = file_to_world(self.bodies, start.rotation, start.translation)
         if certify(self.bodies, matrices, container).holds:
             self.container, self.start = container, start
             density = float(self.volumes.sum() / container.volume)
-            self.rounds.append({"tries": self.tries, "box": container.size.tolist(), "density": density})
+            self.rounds.append({"tries": self.budget.tries, "box": container.size.tolist(), "density": density})
             self.bar.set_postfix_str(f"{' x '.join(f'{e:.4f}' for e in container.size)} m, density {density:.4f}")
 
     def result(self) -> Packing:

@@ -21,6 +21,7 @@ ROOT = Path(__file__).resolve().parent.parent
 ORDER = [
     "errors", "o3d", "engine", "meshes", "poses", "cameras", "sdf", "kernels", "kernels_surface", "kernels_silhouettes",
     "containers", "forces", "outlines", "silhouettes", "losses", "contact", "scene", "problem", "checkpoint", "arrange",
+    "budget",
     "certify", "density", "packing", "voxels", "baselines", "mending", "pressing", "rasp", "dense", "smallest", "jobs",
     "removal", "physics", "sweep", "show", "results", "figures", "widgets", "__main__",
 ]  # fmt: skip

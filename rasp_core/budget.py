@@ -1,0 +1,27 @@
+"""What a search may use: seconds, tries, or both."""
+
+from __future__ import annotations
+
+import time
+
+from .errors import InputError
+
+
+class Budget:
+    """Seconds since it was made, and tries counted; None where one of them has no limit.
+
+    Raises InputError for a negative effort.
+    """
+
+    def __init__(self, time_limit: float | None = None, effort: int | None = None):
+        if effort is not None and effort < 0:
+            raise InputError(f"effort must not be negative, got {effort}")
+        self.began, self.time_limit, self.effort, self.tries = time.monotonic(), time_limit, effort, 0
+
+    def spent(self, share: float = 1.0) -> bool:
+        """True where a share of the time is over."""
+        return self.time_limit is not None and time.monotonic() - self.began > share * self.time_limit
+
+    def over(self, share: float = 1.0) -> bool:
+        """True where a share of the time or of the tries is used up."""
+        return self.spent(share) or (self.effort is not None and self.tries >= share * self.effort)
