@@ -44,7 +44,7 @@ def voxel_density(bodies: Sequence[Body], matrices: np.ndarray, container: Conta
 def _fill(body: Body, matrix: np.ndarray, origin: np.ndarray, voxel: float) -> tuple[np.ndarray, np.ndarray]:
     """The body on the lattice of voxels from `origin`: its first voxel's index, and each voxel's share inside."""
     open3d = o3d.load()
-    vertices = (body.solid_vertices + body.centre) @ matrix[:3, :3].T + matrix[:3, 3]
+    vertices = body.placed(matrix)
     mesh = open3d.geometry.TriangleMesh(
         open3d.utility.Vector3dVector(vertices), open3d.utility.Vector3iVector(body.solid_faces)
     )

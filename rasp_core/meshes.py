@@ -61,6 +61,10 @@ class Body:
         """The solid for exact booleans, centred on the origin."""
         return to_manifold(self.solid_vertices, self.solid_faces)
 
+    def placed(self, matrix: np.ndarray) -> np.ndarray:
+        """The solid's vertices `(V, 3)` where `matrix` `(4, 4)`, from file coordinates to the world, puts them."""
+        return (self.solid_vertices + self.centre) @ matrix[:3, :3].T + matrix[:3, 3]
+
     def scaled(self, factor: float) -> Body:
         """The body with every length multiplied by `factor`."""
         return Body(

@@ -78,9 +78,7 @@ def spread_pulls(count: int = PULLS) -> np.ndarray:
 def _scene(bodies: Sequence[Body], matrices: np.ndarray):
     """The bodies for ray casting, moved so that they lie about the origin, and all their vertices `(P, 3)`."""
     open3d = o3d.load()
-    placed = [
-        (body.solid_vertices + body.centre) @ m[:3, :3].T + m[:3, 3] for body, m in zip(bodies, matrices, strict=True)
-    ]
+    placed = [body.placed(matrix) for body, matrix in zip(bodies, matrices, strict=True)]
     points = np.concatenate(placed)
     middle = (points.min(0) + points.max(0)) / 2
     scene = open3d.t.geometry.RaycastingScene()

@@ -50,7 +50,7 @@ def scene_picture(
     plotter.set_background("white")
     hues = colours(len(bodies)) if hues is None else hues
     for body, matrix, colour in zip(bodies, matrices, hues, strict=True):
-        points = (body.solid_vertices + body.centre) @ matrix[:3, :3].T + matrix[:3, 3]
+        points = body.placed(matrix)
         surface = pyvista.PolyData.from_regular_faces(points, body.solid_faces)
         plotter.add_mesh(
             surface,
