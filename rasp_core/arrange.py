@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -93,7 +93,8 @@ def arrange(
     of tensors, each as it would be alone, into a list of S arrangements: for few bodies and small images, where most of
     an iteration goes into calls, many starts cost little more than one.
     scene : the problem's tensors, where they are at hand.
-    callback : called after each iteration; a true answer ends the run. progress : a bar on standard error.
+    callback : called after each iteration. True ends the run; other Settings take over from the next iteration on (all
+    but resolution, query_points, rotation and seed, which stay as they were). progress : a bar on standard error.
     checkpoint : a file that the state is written to every `checkpoint_every` iterations and at the end; where it is
     there already, the run goes on from it, to the same result bit for bit.
 
@@ -116,6 +117,7 @@ def arrange(
     first = variables.restore(kept, optimiser, rows) if kept else 0
     generator = torch.Generator()
     interrupted, near = False, None
+    fixed = {name: getattr(settings, name) for name in ("resolution", "query_points", "rotation", "seed")}
     bar = tqdm(total=settings.iterations, initial=first, disable=not progress, desc="arrange", leave=False)
     with bar, engine.alone(scene.device):
         try:
@@ -139,7 +141,10 @@ def arrange(
                 if checkpoint and (iteration + 1) % checkpoint_every == 0:
                     checkpoints.save(checkpoint, identity, variables.state(iteration + 1, optimiser, rows))
                 step = Step(iteration, rows[-1], rotation.detach(), translation.detach(), images)
-                if callback and callback(step):
+                answer = callback(step) if callback else None
+                if isinstance(answer, Settings):
+                    settings = replace(answer, **fixed)
+                elif answer:
                     interrupted = True
                     break
         except KeyboardInterrupt:

@@ -14,7 +14,7 @@ from .cameras import Camera
 from .contact import SurfaceSamples
 from .containers import Container
 from .errors import InputError
-from .meshes import Body
+from .meshes import Body, make_body
 from .outlines import Outlines, Views
 from .sdf import CELLS, GridStack
 from .silhouettes import render
@@ -55,11 +55,19 @@ class Scene:
             self._tensor(np.concatenate(points)), count.cumsum(0) - count, count, self._tensor(np.concatenate(area))
         )
 
-    def container_silhouettes(self, resolution: int) -> Tensor:
-        """The container's own silhouettes `(K, resolution, resolution)`, the targets of packing."""
-        outlines = Outlines([self.container.body], self.device, self.dtype)
+    def container_silhouettes(self, resolution: int, height: float = 1.0) -> Tensor:
+        """The container's own silhouettes `(K, resolution, resolution)`, the targets of packing.
+
+        height : the container is squeezed upon its floor to this share of its height before.
+        """
+        body, floor = self.container.body, self.container.bounds[0, 2]
+        if height != 1:
+            corners = body.solid_vertices + body.centre
+            corners[:, 2] = floor + height * (corners[:, 2] - floor)
+            body = make_body(body.name, corners, body.solid_faces)
         identity = torch.eye(3, device=self.device, dtype=self.dtype)[None]
-        return render(outlines, identity, self._tensor(self.container.body.centre[None]), self.views, resolution)
+        outlines = Outlines([body], self.device, self.dtype)
+        return render(outlines, identity, self._tensor(body.centre[None]), self.views, resolution)
 
     def _tensor(self, rows) -> Tensor:
         return torch.as_tensor(np.asarray(rows, np.float64), device=self.device, dtype=self.dtype)

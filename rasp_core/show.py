@@ -39,50 +39,80 @@ def scene_picture(
     hues: np.ndarray | None = None,
     shadows: Sequence[tuple[Camera, np.ndarray]] = (),
 ) -> np.ndarray:
-    """Bodies placed by `matrices` `(N, 4, 4)`, and the container's edges, as an RGB image `(H, W, 3)` uint8.
+    """One picture of a `Stage`, an RGB image `(H, W, 3)` uint8."""
+    stage = Stage(bodies, matrices, container, size, azimuth_deg, elevation_deg, hues, shadows)
+    try:
+        return stage.picture(matrices)
+    finally:
+        stage.close()
 
+
+class Stage:
+    """Bodies and the container's edges in 3D, to be drawn again and again at other poses, by one thread.
+
+    matrices `(N, 4, 4)` place the bodies' files in the world; the camera takes in what they span, or the container.
     hues `(N, 3)` or `(N, 4)`: the bodies' colours, RGB and opacity in [0, 1]; None for `colours`. azimuth and elevation
     name the direction of looking, as in `cameras`. shadows : views and silhouettes `(H, W)` in [0, 1], each thrown
     on a wall behind the bodies as that view sees them.
     """
-    pyvista = _load_pyvista()
-    plotter = pyvista.Plotter(off_screen=True, window_size=list(size), lighting="light kit")
-    plotter.set_background("white")
-    hues = colours(len(bodies)) if hues is None else hues
-    for body, matrix, colour in zip(bodies, matrices, hues, strict=True):
-        points = body.placed(matrix)
-        surface = pyvista.PolyData.from_regular_faces(points, body.solid_faces)
-        plotter.add_mesh(
-            surface,
-            color=tuple(colour[:3]),
-            opacity=float([*colour, 1.0][3]),
-            smooth_shading=True,
-            split_sharp_edges=True,
-            feature_angle=30,
-            specular=0.15,
-        )
-    if container is not None:
-        hull = container.body
-        shell = pyvista.PolyData.from_regular_faces(hull.solid_vertices + hull.centre, hull.solid_faces)
-        if container.size is None:
-            plotter.add_mesh(shell, color="#7a8ca0", opacity=0.12, smooth_shading=True)
-        else:
-            plotter.add_mesh(shell.extract_feature_edges(30), color="#3a4a5a", line_width=2)
-        bounds = container.bounds
-    else:
-        bounds = np.array(plotter.bounds).reshape(3, 2).T
-    for view, image in shadows:
-        _add_wall(plotter, view, image)
-    if shadows:
-        bounds = np.array(plotter.bounds).reshape(3, 2).T
-    centre = bounds.mean(0)
-    reach = float(np.linalg.norm(np.ptp(bounds, axis=0)))
-    forward = Camera(azimuth_deg, elevation_deg, reach).axes[2]
-    plotter.camera_position = [centre - 1.9 * reach * forward, centre, (0, 0, 1)]
-    plotter.enable_anti_aliasing("ssaa")
-    picture = plotter.screenshot(return_img=True)
-    plotter.close()
-    return picture
+
+    def __init__(
+        self,
+        bodies: Sequence[Body],
+        matrices: np.ndarray,
+        container: Container | None = None,
+        size: tuple[int, int] = (800, 700),
+        azimuth_deg: float = 35.0,
+        elevation_deg: float = 22.0,
+        hues: np.ndarray | None = None,
+        shadows: Sequence[tuple[Camera, np.ndarray]] = (),
+    ):
+        pyvista = _load_pyvista()
+        self._plotter = plotter = pyvista.Plotter(off_screen=True, window_size=list(size), lighting="light kit")
+        plotter.set_background("white")
+        hues = colours(len(bodies)) if hues is None else hues
+        self._actors = []
+        for body, matrix, colour in zip(bodies, matrices, hues, strict=True):
+            surface = pyvista.PolyData.from_regular_faces(body.placed(np.eye(4)), body.solid_faces)
+            actor = plotter.add_mesh(
+                surface,
+                color=tuple(colour[:3]),
+                opacity=float([*colour, 1.0][3]),
+                smooth_shading=True,
+                split_sharp_edges=True,
+                feature_angle=30,
+                specular=0.15,
+                user_matrix=matrix,
+            )
+            self._actors.append(actor)
+        if container is not None:
+            hull = container.body
+            shell = pyvista.PolyData.from_regular_faces(hull.solid_vertices + hull.centre, hull.solid_faces)
+            if container.size is None:
+                plotter.add_mesh(shell, color="#7a8ca0", opacity=0.12, smooth_shading=True)
+            else:
+                plotter.add_mesh(shell.extract_feature_edges(30), color="#3a4a5a", line_width=2)
+        for view, image in shadows:
+            _add_wall(plotter, view, image)
+        drawn = np.array(plotter.bounds).reshape(3, 2).T
+        bounds = drawn if container is None or shadows else container.bounds
+        centre = bounds.mean(0)
+        reach = float(np.linalg.norm(np.ptp(bounds, axis=0)))
+        forward = Camera(azimuth_deg, elevation_deg, reach).axes[2]
+        plotter.camera_position = [centre - 1.9 * reach * forward, centre, (0, 0, 1)]
+        plotter.enable_anti_aliasing("ssaa")
+        plotter.show(auto_close=False)
+
+    def picture(self, matrices: np.ndarray) -> np.ndarray:
+        """The bodies at other poses `(N, 4, 4)`: an RGB image `(H, W, 3)` uint8."""
+        for actor, matrix in zip(self._actors, matrices, strict=True):
+            actor.user_matrix = matrix
+        self._plotter.render()
+        return self._plotter.screenshot(return_img=True)
+
+    def close(self) -> None:
+        """Give the drawing memory back."""
+        self._plotter.close()
 
 
 def _load_pyvista():

@@ -1,33 +1,90 @@
-"""What the sliders do, through the plain functions behind them and through the widgets' own values."""
+"""What the panel does, through the plain functions behind it and through the widgets' own values."""
 
-from dataclasses import replace
+from xml.etree import ElementTree
 
 import ipywidgets
+import numpy as np
+import pytest
 
 from data_fetch import kitchen_like
 from rasp_core import widgets
-from rasp_core.arrange import arrange
 from rasp_core.containers import box
-from rasp_core.problem import Problem, Settings
+from rasp_core.live import Controls
+from rasp_core.problem import Settings
 
-PROBLEM = Problem(kitchen_like(5), box((0.2, 0.2, 0.2)))
+POOL, BOX = kitchen_like(5), box((0.2, 0.2, 0.2))
 SETTINGS = Settings(iterations=30, query_points=5000, resolution=64)
 
 
-def test_a_rerun_uses_the_given_lambda_and_epsilon():
-    arrangement, picture, facts = widgets.rerun(PROBLEM, SETTINGS, 2.0, 0.005)
-    expected = arrange(PROBLEM, replace(SETTINGS, lambda_=2.0, epsilon=0.005))
-    assert (arrangement.matrices == expected.matrices).all()
-    assert picture.startswith(b"\x89PNG")
-    assert facts.startswith("density 0.")
+@pytest.fixture
+def panel():
+    box_ = widgets.panel(POOL, BOX, settings=SETTINGS)
+    yield box_
+    box_.live.close()
 
 
-def test_moving_a_slider_and_pressing_run_changes_picture_and_facts():
-    box_ = widgets.lambda_epsilon_sliders(PROBLEM, SETTINGS)
-    (lambda_, _, button), label, image = box_.children[0].children, box_.children[1], box_.children[2]
-    assert isinstance(lambda_, ipywidgets.FloatLogSlider)
-    before = (label.value, image.value)
-    lambda_.value = 100.0
-    button.click()
-    assert not button.disabled
-    assert (label.value, image.value) != before
+def find(box_, kind, description=None):
+    found = [child for child in box_.children if isinstance(child, kind)]
+    for child in box_.children:
+        if isinstance(child, ipywidgets.Box):
+            found += find(child, kind)
+    return [w for w in found if description is None or getattr(w, "description", None) == description]
+
+
+def test_the_still_picture_shows_scene_silhouettes_and_curves():
+    picture, frame = widgets.still(POOL, BOX, Controls(count=3), SETTINGS)
+    tree = ElementTree.fromstring(picture)
+    tags = [element.tag.split("}")[1] for element in tree.iter()]
+    assert tags.count("image") == 1 + len(frame.images)
+    assert tags.count("polyline") == 3
+    assert len(frame.matrices) == 3
+    facts = widgets.facts_line(frame)
+    assert facts.startswith("iteration 30: ")
+    assert "exact booleans" in facts
+
+
+def test_curves_follow_the_history():
+    tree = ElementTree.fromstring(
+        widgets._curve(np.array([0.0, 1.0, 4.0]), "loss", "red", 10, 20, 100, 50).join(["<g>", "</g>"])
+    )
+    (line,) = [element for element in tree if element.tag == "polyline"]
+    assert line.attrib["points"] == "10.0,70.0 60.0,57.5 110.0,20.0"
+
+
+def test_run_draws_and_a_slider_moves_what_it_names(panel):
+    (image,), (label,) = find(panel, ipywidgets.Image), find(panel, ipywidgets.Label)
+    (run,) = find(panel, ipywidgets.Button, "Run")
+    run.click()
+    panel.live.wait()
+    before = bytes(image.value), label.value
+    assert bytes(before[0]).startswith(b"<svg")
+    for description, value, name in (
+        ("lambda", 10.0, "lambda_"),
+        ("epsilon (m)", 0.001, "epsilon"),
+        ("target height", 0.5, "height"),
+        ("objects", 3, "count"),
+        ("seed", 2, "seed"),
+    ):
+        (slider,) = find(panel, ipywidgets.Widget, description)
+        slider.value = value
+        assert getattr(panel.live.controls, name) == pytest.approx(value)
+    run.click()
+    panel.live.wait()
+    assert (bytes(image.value), label.value) != before
+
+
+def test_pause_step_and_reset_do_as_they_say(panel):
+    (label,) = find(panel, ipywidgets.Label)
+    for name, expected in (("Step", "iteration 1:"), ("Step", "iteration 2:"), ("Reset", "iteration 0:")):
+        find(panel, ipywidgets.Button, name)[0].click()
+        panel.live.wait()
+        assert label.value.startswith(expected)
+    find(panel, ipywidgets.Button, "Pause")[0].click()
+    panel.live.wait()
+    assert label.value.startswith("iteration 0:")
+
+
+def test_the_overlap_term_can_be_chosen(panel):
+    (choice,) = find(panel, ipywidgets.Dropdown)
+    choice.value = "as_printed"
+    assert panel.live.controls.overlap_term == "as_printed"
