@@ -128,7 +128,7 @@ class _Search:
                 self._keep(*settled)
             self.batch = min(2 * self.batch, BATCH) if len(self.chosen) > before else max(1, self.batch // 2)
 
-    def _propose(self) -> tuple[list[int], Start, int] | None:
+    def _propose(self) -> tuple[list[int], Start] | None:
         """The easiest of some moves: the one whose object shares least with the others where it is put."""
         found, least = None, self.press.shareable
         for _ in range(MOVES):
@@ -137,14 +137,13 @@ class _Search:
             place = self.press.least_shared(candidates, least)
             if place is not None:
                 index, pose, least = place
-                found = [*chosen, index], join(start, pose), 1
+                found = [*chosen, index], join(start, pose)
         return found
 
-    def _propose_many(self) -> tuple[list[int], Start, int] | None:
+    def _propose_many(self) -> tuple[list[int], Start] | None:
         """Several objects more, while there are voids for them."""
         chosen, start = self.press.add(self.chosen, self.start, self.batch, self.press.shareable)
-        added = len(chosen) - len(self.chosen)
-        return (chosen, start, added) if added else None
+        return (chosen, start) if len(chosen) > len(self.chosen) else None
 
     def _move(self) -> tuple[list[int], Start, np.ndarray]:
         """The objects that stay, and some that may come: one more, or a larger one for one that is taken out."""
@@ -156,19 +155,11 @@ class _Search:
         candidates = self.random.choice(rest, min(CANDIDATES, len(rest)), replace=False)
         return [self.chosen[i] for i in keep], self.start.take(keep), candidates
 
-    def _settle(self, chosen: list[int], start: Start, added: int) -> tuple[list[int], Start] | None:
-        """Press the objects apart until the certificate holds; None where it does not come to that.
-
-        added : how many of them, the last ones, are new.
-        """
+    def _settle(self, chosen: list[int], start: Start) -> tuple[list[int], Start] | None:
+        """Press the objects apart until the certificate holds; None where it does not come to that."""
         seed = self.settings.seed + self.budget.tries
         start, overlap = self.press.apart(chosen, start, seed)
-        if overlap > self.press.hopeless:
-            if chosen[:-added] != self.chosen:
-                return None
-            # what did not go in has pushed the others: without it they lie as densely as before, but otherwise
-            chosen, start = self.chosen, start.take(range(len(self.chosen)))
-        settled = self.press.settle(chosen, start, seed)
+        settled = self.press.settle(chosen, start, seed) if overlap <= self.press.hopeless else None
         return None if settled is None else (chosen, settled)
 
     # -- the record --------------------------------------------------------------------------------------------------

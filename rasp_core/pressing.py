@@ -6,6 +6,7 @@ wall here: with the paper's epsilon of 1 cm it presses together what lies along 
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
@@ -13,7 +14,7 @@ import numpy as np
 import torch
 
 from . import losses, poses
-from .arrange import Arrangement, arrange
+from .arrange import Arrangement, Step, arrange
 from .certify import TOLERANCE
 from .containers import Container
 from .mending import mend
@@ -27,8 +28,10 @@ VOIDS = 48  # voxels along the container's longest edge, in which voids are look
 TURNS = 16  # rotations looked at for each object
 CANDIDATES = 4  # objects of which the one that shares least is taken
 HOPELESS_SHARED = 0.15  # of a mean object's volume: objects that share more are not pressed in
-HOPELESS_OVERLAP = 1e-4  # mean volumes times radii: Eq. 4 as a volume integral, after pressing
+HOPELESS_OVERLAP = 6e-5  # mean volumes times radii: Eq. 4 as a volume integral, after pressing
+HOPELESS_EARLY = {15: 25.0, 25: 7.0, 40: 2.2}  # iterations -> times as much: hardly any that came free was above
 POINTS = 30_000  # query points, at most: contact sees what lies between them
+SETTLINGS = 2  # of what contact has not quite freed, the second helps half
 NEARLY = 20 * TOLERANCE  # faults that exact booleans may still take away
 STRICT = 0.95  # of the certificate's tolerance, for what rounding makes of volumes
 RATE = 0.033  # of a mean object's radius: the first step while pressing
@@ -124,16 +127,26 @@ class Press:
         """Press the objects apart; the poses, and the overlap left: the integral of its depth, metres to the fourth."""
         press = replace(self._settle_settings(seed), overlap_weight=1.0, lambda_=3.0, iterations=80)
         rate = 3 * press.learning_rate
-        run = self._arrange(chosen, start, replace(press, learning_rate=rate, final_learning_rate=rate / 6))
-        return run.start, float(run.history[-5:, 2].mean()) * self.container.volume / press.query_points
+        unit, recent = self.container.volume / press.query_points, deque(maxlen=5)
+
+        def hopeless(step: Step) -> bool:
+            recent.append(step.losses[2].item())
+            return sum(recent) / len(recent) * unit > self.hopeless * HOPELESS_EARLY.get(step.iteration, np.inf)
+
+        run = self._arrange(chosen, start, replace(press, learning_rate=rate, final_learning_rate=rate / 6), hopeless)
+        return run.start, sum(recent) / max(1, len(recent)) * unit
 
     def settle(self, chosen: list[int], start: Start, seed: int) -> Start | None:
         """Take the last thin overlaps away, by contact alone, then by exact booleans; None where they do not go."""
-        run = self._arrange(chosen, start, self._settle_settings(seed))
-        if self.spent():
-            return None
         bodies = [self.pool[index] for index in chosen]
-        return mend(bodies, run.start, self.container, STRICT * TOLERANCE, NEARLY)
+        for again in range(SETTLINGS):
+            start = self._arrange(chosen, start, self._settle_settings(seed + again)).start
+            if self.spent():
+                return None
+            mended = mend(bodies, start, self.container, STRICT * TOLERANCE, NEARLY)
+            if mended is not None:
+                return mended
+        return None
 
     def _settle_settings(self, seed: int) -> Settings:
         rate = RATE / 3 * self.radius / self.width
@@ -152,13 +165,22 @@ class Press:
             seed=seed,
         )
 
-    def _arrange(self, chosen: list[int], start: Start, settings: Settings) -> Arrangement:
+    def _arrange(
+        self, chosen, start: Start, settings: Settings, ends: Callable[[Step], bool] | None = None
+    ) -> Arrangement:
         bodies = [self.pool[index] for index in chosen]
         if self._scene is None or self._scene[0] != chosen:
             self._scene = list(chosen), Scene(bodies, self.container, self.cameras, self.device)
         problem = Problem(bodies, self.container)
-        run = arrange(problem, settings, start, self.device, scene=self._scene[1], callback=lambda _step: self.spent())
-        if run.interrupted and not self.spent():
+        ended = False
+
+        def after(step: Step) -> bool:
+            nonlocal ended
+            ended = self.spent() or (ends is not None and ends(step))
+            return ended
+
+        run = arrange(problem, settings, start, self.device, scene=self._scene[1], callback=after)
+        if run.interrupted and not ended:
             raise KeyboardInterrupt
         self.history.append(run.history)
         return run
