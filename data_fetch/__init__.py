@@ -10,6 +10,7 @@ from .fetchers import (
     fetch_kitchen,
     fetch_targets,
 )
+from .fracture import fracture, vessels
 from .procedural import cad_like, duck, kitchen_like, polycubes, torus
 
 __all__ = [
@@ -23,7 +24,9 @@ __all__ = [
     "fetch_general",
     "fetch_kitchen",
     "fetch_targets",
+    "fracture",
     "kitchen_like",
     "polycubes",
     "torus",
+    "vessels",
 ]

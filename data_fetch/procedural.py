@@ -48,13 +48,13 @@ def polycubes(cell: float = 0.06, gap: float = 0.001) -> list[Body]:
     for name, cells in POLYCUBES.items():
         cubes = [Manifold.cube((cell, cell, cell)).translate(np.array(c) * cell) for c in cells]
         whole = Manifold.batch_boolean(cubes, OpType.Add)
-        bodies.append(_body(f"polycube_{name}", _shrunk(whole, cells, cell, gap / 2)))
+        bodies.append(solid_body(f"polycube_{name}", _shrunk(whole, cells, cell, gap / 2)))
     return bodies
 
 
 def torus(ring: float = 0.2, tube: float = 0.1) -> Body:
     """A ring-shaped container about the z axis: the tube's centre line has radius `ring`, the tube `tube` metres."""
-    return _body("torus", CrossSection.circle(tube, SEGMENTS * 2).translate((ring, 0)).revolve(SEGMENTS * 3))
+    return solid_body("torus", CrossSection.circle(tube, SEGMENTS * 2).translate((ring, 0)).revolve(SEGMENTS * 3))
 
 
 def duck(length: float = 0.5) -> Body:
@@ -64,7 +64,7 @@ def duck(length: float = 0.5) -> Body:
     ball = Manifold.sphere(1.0, SEGMENTS * 2)
     solid = Manifold.batch_boolean([ball.scale(size).translate(place) for place, size in parts], OpType.Add)
     low, high = np.reshape(solid.bounding_box(), (2, 3))
-    return _body("duck", solid.translate(-(low + high) / 2).scale((length / (high - low)[0],) * 3))
+    return solid_body("duck", solid.translate(-(low + high) / 2).scale((length / (high - low)[0],) * 3))
 
 
 def _series(count: int, seed: int, makers: list[tuple[str, Callable]]) -> list[Body]:
@@ -72,11 +72,12 @@ def _series(count: int, seed: int, makers: list[tuple[str, Callable]]) -> list[B
     bodies = []
     for i in range(count):
         name, maker = makers[i % len(makers)]
-        bodies.append(_body(f"{name}_{i // len(makers):02d}", maker(rng)))
+        bodies.append(solid_body(f"{name}_{i // len(makers):02d}", maker(rng)))
     return bodies
 
 
-def _body(name: str, solid: Manifold) -> Body:
+def solid_body(name: str, solid: Manifold) -> Body:
+    """A manifold's surface as a body."""
     mesh = solid.to_mesh64()
     return make_body(name, np.asarray(mesh.vert_properties)[:, :3], np.asarray(mesh.tri_verts))
 

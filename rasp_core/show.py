@@ -101,7 +101,6 @@ class Stage:
         forward = Camera(azimuth_deg, elevation_deg, reach).axes[2]
         plotter.camera_position = [centre - 1.9 * reach * forward, centre, (0, 0, 1)]
         plotter.enable_anti_aliasing("ssaa")
-        plotter.show(auto_close=False)
 
     def picture(self, matrices: np.ndarray) -> np.ndarray:
         """The bodies at other poses `(N, 4, 4)`: an RGB image `(H, W, 3)` uint8."""

@@ -139,3 +139,11 @@ def test_many_starts_go_on_from_a_checkpoint(tmp_path):
     resumed = arrange(problem, settings, starts, checkpoint=path)
     assert all(torch.equal(a.translation, b.translation) for a, b in zip(whole, resumed, strict=True))
     assert resumed[1].history.shape == (8, 5)
+
+
+def test_settings_from_the_callback_take_over(problem):
+    settings = replace(QUICK, iterations=4, lambda_=1.0)
+    run = arrange(problem, settings, callback=lambda step: replace(settings, lambda_=0.0, resolution=7))
+    assert list(run.history[:, LOSS_NAMES.index("extrusion")] != 0) == [True, False, False, False]
+    assert run.images.shape[-1] == settings.resolution
+    assert not run.interrupted

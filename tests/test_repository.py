@@ -23,7 +23,7 @@ ORDER = [
     "containers", "forces", "outlines", "silhouettes", "losses", "contact", "scene", "problem", "checkpoint", "arrange",
     "budget",
     "certify", "density", "packing", "voxels", "baselines", "mending", "pressing", "rasp", "dense", "smallest", "jobs",
-    "removal", "physics", "sweep", "show", "results", "figures", "widgets", "__main__",
+    "removal", "physics", "starts", "ablation", "sweep", "live", "show", "results", "figures", "widgets", "__main__",
 ]  # fmt: skip
 
 

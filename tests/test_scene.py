@@ -25,6 +25,18 @@ def test_samples_lie_on_the_surface_and_stand_for_all_of_it():
     assert torch.equal(scene.samples.points[first:][:9], scene.samples.points[last:][:9]), "equal bodies share samples"
 
 
+def test_squeezed_silhouettes_are_those_of_a_lower_box_on_the_same_floor():
+    scene = Scene(kitchen_like(1), BOX, BOX.views())
+    squeezed, full = scene.container_silhouettes(128, 0.5), scene.container_silhouettes(128)
+    side = [k for k, camera in enumerate(scene.cameras) if camera.elevation_deg == 0]
+    assert len(side) == 2
+    for k in side:
+        rows = full[k].sum(1).nonzero()[:, 0]
+        middle = (rows[0] + rows[-1] + 1) // 2
+        assert torch.equal(squeezed[k, middle:], full[k, middle:])
+        assert not squeezed[k, : middle - 1].any()
+
+
 def test_a_boxes_silhouettes_are_its_faces():
     scene = Scene(kitchen_like(1), containers.box((0.4, 0.2, 0.1)), containers.box((0.4, 0.2, 0.1)).views())
     targets = scene.container_silhouettes(128)

@@ -1,0 +1,123 @@
+"""The quickstart in a real browser: JupyterLab on localhost, headless Chromium, the panel driven by the mouse."""
+
+import json
+import os
+import re
+import secrets
+import shutil
+import socket
+import subprocess
+import sys
+import time
+import urllib.error
+import urllib.request
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+WINDOWING = "@jupyterlab/notebook-extension/tracker.jupyterlab-settings"
+
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here; Debian: apt-get install chromium"),
+]
+
+
+@pytest.fixture
+def lab(tmp_path):
+    """JupyterLab on a copy of the quickstart; yields the notebook's address."""
+    (tmp_path / "work" / "notebooks").mkdir(parents=True)
+    shutil.copy(ROOT / "notebooks" / "00_quickstart.ipynb", tmp_path / "work" / "notebooks")
+    settings = tmp_path / "settings" / WINDOWING
+    settings.parent.mkdir(parents=True)
+    settings.write_text(json.dumps({"windowingMode": "none"}))  # all cells are on the page, not those in sight alone
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    token = secrets.token_hex(16)
+    command = [sys.executable, "-m", "jupyterlab", "--no-browser", "--ip=127.0.0.1", f"--port={port}", "--allow-root"]
+    command += [f"--ServerApp.root_dir={tmp_path / 'work'}", f"--LabApp.user_settings_dir={tmp_path / 'settings'}"]
+    command += [f"--IdentityProvider.token={token}"]
+    private = {f"JUPYTER_{name}_DIR": str(tmp_path / name) for name in ("CONFIG", "RUNTIME", "DATA")}
+    with open(tmp_path / "log", "w") as log:
+        server = subprocess.Popen(command, env={**os.environ, **private}, stdout=log, stderr=log)
+    try:
+        _wait_for(f"http://127.0.0.1:{port}/api?token={token}", server, tmp_path / "log")
+        yield f"http://127.0.0.1:{port}/lab/tree/notebooks/00_quickstart.ipynb?token={token}"
+    finally:
+        server.terminate()
+        server.wait(30)
+
+
+def _wait_for(address, server, log):
+    for _ in range(300):
+        try:
+            return urllib.request.urlopen(address, timeout=5)
+        except (urllib.error.URLError, ConnectionError):
+            assert server.poll() is None, log.read_text()
+            time.sleep(0.2)
+    raise AssertionError(log.read_text())
+
+
+@pytest.fixture
+def page():
+    sync_api = pytest.importorskip("playwright.sync_api")
+    with sync_api.sync_playwright() as playwright:
+        quiet = ["--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking"]
+        quiet += ["--disable-component-update", "--disable-sync", "--disable-gpu"]
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=quiet)
+        page = browser.new_page(viewport={"width": 1400, "height": 1000})
+        page.problems = []
+        page.on("pageerror", lambda error: page.problems.append(str(error)))
+        yield page
+        browser.close()
+
+
+def test_run_all_drag_lambda_press_run(lab, page):
+    page.goto(lab)
+    page.locator(".jp-Notebook .jp-Cell").first.wait_for(timeout=60_000)
+    page.get_by_role("menuitem", name="Run", exact=True).click()
+    page.get_by_role("menuitem", name="Run All Cells", exact=True).click()
+    said = page.locator(".jp-OutputArea-output", has_text="voxels agree with meshes within 1 %")
+    page.wait_for_function("document.querySelectorAll('.jupyter-widgets .noUi-handle').length > 0", timeout=240_000)
+    said.last.wait_for(timeout=240_000)
+
+    panel = page.locator(".jp-OutputArea .widget-vbox").first
+    panel.scroll_into_view_if_needed()
+    label, image = (
+        panel.locator(".widget-label").filter(has_text=re.compile("iteration|press Run")),
+        panel.locator("img"),
+    )
+    run, pause = (panel.get_by_role("button", name=name, exact=True) for name in ("Run", "Pause"))
+    run.click()
+    page.wait_for_function(
+        "text => document.body.innerText.includes(text)", arg="twice; silhouette loss", timeout=30_000
+    )
+    first = label.inner_text(), image.get_attribute("src")
+    page.wait_for_timeout(1500)
+    assert (label.inner_text(), image.get_attribute("src")) != first
+    pause.click()
+    page.wait_for_timeout(500)
+    rested = label.inner_text(), image.get_attribute("src")
+    page.wait_for_timeout(500)
+    assert (label.inner_text(), image.get_attribute("src")) == rested
+
+    slider = panel.locator(".widget-hslider", has_text="lambda")
+    before, handle = slider.locator(".widget-readout").inner_text(), slider.locator(".noUi-handle").bounding_box()
+    x, y = handle["x"] + handle["width"] / 2, handle["y"] + handle["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x - 60, y, steps=5)
+    page.mouse.up()
+    after = slider.locator(".widget-readout").inner_text()
+    assert float(after) < float(before) / 10
+    run.click()
+    page.wait_for_timeout(1500)
+    assert label.inner_text() != rested[0]
+    assert image.get_attribute("src") != rested[1]
+
+    assert page.problems == []
+    assert page.locator("[data-mime-type='application/vnd.jupyter.error']").count() == 0
+    assert page.locator("[data-mime-type='application/vnd.jupyter.stderr']").count() == 0
