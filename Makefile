@@ -39,7 +39,7 @@ format: $(READY) ## let ruff rewrite the code
 	$(BIN)/ruff format .
 
 lab: $(READY) ## JupyterLab on localhost
-	$(BIN)/jupyter lab --ip=localhost notebooks
+	JUPYTER_CONFIG_PATH=$(CURDIR)/tools/jupyter $(BIN)/jupyter lab --ip=localhost notebooks
 
 bench: $(READY) ## time iterations, their parts and whole runs; table, and JSON in BENCH (bench.json)
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only \

@@ -94,7 +94,7 @@ def panel(
     ipywidgets box, with the run as its attribute `live`. Raises InputError as `live.LiveRun` does."""
     import ipywidgets
 
-    image, label = ipywidgets.Image(format="svg+xml"), ipywidgets.Label("press Run")
+    image, label = ipywidgets.Image(format="svg+xml"), ipywidgets.Label()
     picture = Picture(pool, container)
 
     def watch(frame: Frame) -> None:
@@ -129,6 +129,8 @@ def panel(
         ]
     )
     box.live = live
+    live.reset()  # draws the random poses
+    live.wait()
     return box
 
 

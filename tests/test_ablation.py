@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import torch
 import trimesh
 
 from rasp_core import ablation
@@ -42,8 +43,7 @@ def test_points_inside_another_count_nothing():
 
 def test_judge_of_cubes_that_overlap_and_stick_out():
     bodies = cubes((0, 0, 0), (0.05, 0, 0), (0.2, 0, 0))
-    start = Start.random(bodies, box((0.4, 0.4, 0.4)), 0)
-    start.rotation[:], start.translation[:] = np.eye(3), start.translation.new_tensor([b.centre for b in bodies])
+    start = Start(torch.eye(3).repeat(3, 1, 1), torch.tensor(np.array([body.centre for body in bodies])))
     settings = Settings(**{**SIZE, "iterations": 1}, learning_rate=1e-12, final_learning_rate=1e-12)
     facts = ablation.judge(arrange(Problem(bodies, box((0.4, 0.4, 0.4))), settings, start))
     assert facts["overlap"] == pytest.approx(0.5 / 3, abs=1e-4)
