@@ -1,0 +1,85 @@
+"""Broken things put back together: each part where it belongs in the whole, then all drawn together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from tqdm.auto import tqdm
+
+from .arrange import file_to_world
+from .containers import Container
+from .docking import Docking, Part, Place
+from .errors import InputError
+from .meshes import Body
+from .problem import Start
+
+LOOKED_AT = 3  # parts tried at each step, the largest first
+CLEAR = 0.25  # lead over the next best place above which a part's place is clear
+SWEEPS = 2  # in which each part is drawn in once more between all others
+SPARE = 0.02  # share of the whole's volume by which the parts may miss it
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """Where the parts belong.
+
+    start : their poses, in the order of `bodies`. scores `(N,)`: the share of each part's surface that lies on the
+    whole's surface or on a neighbour's, less twice the share that is where it must not be.
+    """
+
+    bodies: Sequence[Body]
+    whole: Container
+    start: Start
+    scores: np.ndarray
+
+    @property
+    def matrices(self) -> np.ndarray:
+        """`(N, 4, 4)` float64: from each file's coordinates to the world."""
+        return file_to_world(self.bodies, self.start.rotation, self.start.translation)
+
+
+def assemble(bodies: Sequence[Body], whole: Container, seed: int = 0, progress: bool = False) -> Assembly:
+    """Find the parts' places in the whole; their own poses are not looked at.
+
+    At each step the largest few parts that are left are tried, and the one whose place is clearest is kept: how far its
+    score leads the next best place's. Parts that fit at many places wait until their neighbours are there.
+    Raises InputError for fewer than two parts, and for parts whose volumes do not add up to the whole's.
+    """
+    if len(bodies) < 2:
+        raise InputError(f"assembly needs at least two parts, got {len(bodies)}")
+    share = sum(body.volume for body in bodies) / whole.volume
+    if abs(share - 1) > SPARE:
+        raise InputError(
+            f"the parts make {share:.1%} of the whole's volume; all parts of one whole are needed, in the same unit"
+        )
+    docking = Docking(whole, np.random.default_rng(seed))
+    parts = [Part(body) for body in bodies]
+    rest = sorted(range(len(bodies)), key=lambda i: -bodies[i].volume)
+    places: dict[int, Place] = {}
+    with tqdm(total=len(bodies), disable=not progress, desc="assemble", unit="part", leave=False) as bar:
+        while rest:
+            tried = {i: docking.places(parts[i]) for i in rest[: LOOKED_AT if len(rest) > 1 else 1]}
+            tried = {i: found for i, found in tried.items() if found}
+            if not tried:
+                raise InputError(f"{bodies[rest[0]].name} fits nowhere in the whole; is it a part of it?")
+            chosen = max(tried, key=lambda i: _clearness(tried[i]))
+            places[chosen] = tried[chosen][0]
+            docking.put(parts[chosen], places[chosen])
+            rest.remove(chosen)
+            bar.update()
+    for _ in range(SWEEPS):
+        for k, (part, place) in enumerate(docking.placed):
+            docking.placed[k] = part, docking.draw_in(part, place)
+    drawn = {id(part): place for part, place in docking.placed}
+    found = [drawn[id(part)] for part in parts]
+    start = Start(*(torch.from_numpy(np.stack(x)) for x in ([p.rotation for p in found], [p.centre for p in found])))
+    return Assembly(list(bodies), whole, start, np.array([place.score for place in found]))
+
+
+def _clearness(found: Sequence[Place]) -> float:
+    """How clear it is that the first place is the right one."""
+    lead = found[0].score - max(found[1].score if len(found) > 1 else 0.0, 0.0)
+    return min(lead, CLEAR) + found[0].score / 2
