@@ -1,4 +1,4 @@
-"""The command line: `rasp pack`, `rasp check`, `rasp sweep`, `rasp figures`; also `python -m rasp_core`.
+"""The command line: `rasp pack`, `check`, `assemble`, `sweep`, `figures`; also `python -m rasp_core`.
 
 Exit status: 0 certified, 1 not certified, 2 for input that cannot be used (one line on standard error says what and
 how to mend it). Progress goes to standard error, one line of result to standard output.
@@ -68,6 +68,15 @@ def _parser() -> _Parser:
     check = commands.add_parser("check", help="certificate and density of a run; exit status 1 where it fails")
     check.add_argument("scene", metavar="DIR|scene.glb", type=Path)
     check.set_defaults(run=_check)
+
+    assemble = commands.add_parser("assemble", help="put the parts of a broken thing back together")
+    assemble.add_argument(
+        "parts", nargs="+", metavar="PARTS", help="mesh files or folders of them; poses do not matter"
+    )
+    assemble.add_argument("--whole", required=True, metavar="FILE", help="the whole's mesh, closed, in the same unit")
+    assemble.add_argument("--seed", type=int, default=0)
+    assemble.add_argument("--out", type=Path, default=Path("out"), help="the run's folder (default: out)")
+    assemble.set_defaults(run=_assemble)
 
     figures = commands.add_parser("figures", help="run the figure notebooks and compare their facts")
     figures.add_argument("names", nargs="*", metavar="NAME", help="such as 03_packing_density (default: all)")
@@ -155,6 +164,33 @@ def _pack(options: argparse.Namespace) -> int:
     results.save_run(folder, arrangement, certificate, facts, packed.history, scenes)
     _say(len(placed), packed.density, certificate, folder)
     return 0 if certificate.holds else 1
+
+
+def _assemble(options: argparse.Namespace) -> int:
+    from . import assembly, containers, meshes, packing, results
+    from .problem import Settings
+
+    began = time.monotonic()
+    folder = results.check_writable(options.out)
+    whole, parts = containers.from_mesh(options.whole), meshes.load_bodies(options.parts)
+    found = assembly.assemble(parts, whole, options.seed, progress=True)
+    settings = Settings(seed=options.seed)
+    drawn = packing.finish(parts, list(range(len(parts))), found.start, whole, settings)
+    facts = {
+        "command": "assemble",
+        "scores": {body.name: float(score) for body, score in zip(parts, found.scores, strict=True)},
+        "warnings": list(found.warnings),
+        "seconds": time.monotonic() - began,
+    }
+    results.save_run(folder, drawn.arrangement, drawn.certificate, facts)
+    for line in found.warnings:
+        print(f"rasp: {line}", file=sys.stderr)
+    shared = drawn.certificate.overlap_volume / whole.volume
+    print(
+        f"{folder}: {len(parts)} parts, surfaces that lie where they belong: {found.scores.mean():.1%} in the mean, "
+        f"{found.scores.min():.1%} at least; {shared:.2%} of the volume shared"
+    )
+    return 0 if found.scores.min() >= assembly.POOR else 1
 
 
 def _sweep(options: argparse.Namespace) -> int:

@@ -19,7 +19,9 @@ from .problem import Start
 LOOKED_AT = 3  # parts tried at each step, the largest first
 CLEAR = 0.25  # lead over the next best place above which a part's place is clear
 SWEEPS = 2  # in which each part is drawn in once more between all others
-SPARE = 0.02  # share of the whole's volume by which the parts may miss it
+SPARE = 0.03  # share of the whole's volume by which the parts may miss it without a word
+MOST = 1.2  # of the whole's volume: parts that have more are not its parts
+POOR = 0.5  # score under which a part's place is doubtful
 
 
 @dataclass(frozen=True)
@@ -27,13 +29,14 @@ class Assembly:
     """Where the parts belong.
 
     start : their poses, in the order of `bodies`. scores `(N,)`: the share of each part's surface that lies on the
-    whole's surface or on a neighbour's, less twice the share that is where it must not be.
+    whole's surface or on a neighbour's, less twice the share that is where it must not be. warnings: lines of text.
     """
 
     bodies: Sequence[Body]
     whole: Container
     start: Start
     scores: np.ndarray
+    warnings: Sequence[str] = ()
 
     @property
     def matrices(self) -> np.ndarray:
@@ -46,14 +49,17 @@ def assemble(bodies: Sequence[Body], whole: Container, seed: int = 0, progress: 
 
     At each step the largest few parts that are left are tried, and the one whose place is clearest is kept: how far its
     score leads the next best place's. Parts that fit at many places wait until their neighbours are there.
-    Raises InputError for fewer than two parts, and for parts whose volumes do not add up to the whole's.
+    Raises InputError for fewer than two parts, for parts of more volume than the whole's, and where one fits nowhere.
     """
     if len(bodies) < 2:
         raise InputError(f"assembly needs at least two parts, got {len(bodies)}")
     share = sum(body.volume for body in bodies) / whole.volume
+    if share > MOST:
+        raise InputError(f"the parts have {share:.2f} times the whole's volume; are they its parts, in the same unit?")
+    warnings = []
     if abs(share - 1) > SPARE:
-        raise InputError(
-            f"the parts make {share:.1%} of the whole's volume; all parts of one whole are needed, in the same unit"
+        warnings.append(
+            f"the parts have {share:.2f} times the whole's volume; are all of them there, in the same unit?"
         )
     docking = Docking(whole, np.random.default_rng(seed))
     parts = [Part(body) for body in bodies]
@@ -76,7 +82,10 @@ def assemble(bodies: Sequence[Body], whole: Container, seed: int = 0, progress: 
     drawn = {id(part): place for part, place in docking.placed}
     found = [drawn[id(part)] for part in parts]
     start = Start(*(torch.from_numpy(np.stack(x)) for x in ([p.rotation for p in found], [p.centre for p in found])))
-    return Assembly(list(bodies), whole, start, np.array([place.score for place in found]))
+    for body, place in zip(bodies, found, strict=True):
+        if place.score < POOR:
+            warnings.append(f"{body.name} lies doubtfully: {place.score:.2f} of 1 for its surface")
+    return Assembly(list(bodies), whole, start, np.array([place.score for place in found]), warnings)
 
 
 def _clearness(found: Sequence[Place]) -> float:

@@ -28,8 +28,10 @@ VOIDS = 48  # voxels along the container's longest edge, in which voids are look
 TURNS = 16  # rotations looked at for each object
 CANDIDATES = 4  # objects of which the one that shares least is taken
 HOPELESS_SHARED = 0.15  # of a mean object's volume: objects that share more are not pressed in
-HOPELESS_OVERLAP = 6e-5  # mean volumes times radii: Eq. 4 as a volume integral, after pressing
-HOPELESS_EARLY = {15: 25.0, 25: 7.0, 40: 2.2}  # iterations -> times as much: hardly any that came free was above
+HOPELESS_OVERLAP = 1e-4  # mean volumes times radii: Eq. 4 as a volume integral, after pressing
+CHECKED = (15, 25, 40)  # iterations of pressing after which it may be given up
+HELD = 8  # of the last tries that came free, the largest overlap then bounds what is pressed on
+LEEWAY = 1.5  # times that overlap
 POINTS = 30_000  # query points, at most: contact sees what lies between them
 SETTLINGS = 2  # of what contact has not quite freed, the second helps half
 NEARLY = 20 * TOLERANCE  # faults that exact booleans may still take away
@@ -66,6 +68,8 @@ class Press:
         self.grids = {digest: bake_cached(body) for digest, body in distinct.items()}
         self.half = torch.tensor(np.array([body.half_extents for body in pool]), device=device).float()
         self.history: list[np.ndarray] = []
+        self._course: dict[int, float] = {}  # of the try under way: overlap at the iterations of CHECKED
+        self._held: deque[dict[int, float]] = deque(maxlen=HELD)  # of the last tries that came free
         self.enter(container)
 
     def enter(self, container: Container) -> None:
@@ -128,10 +132,16 @@ class Press:
         press = replace(self._settle_settings(seed), overlap_weight=1.0, lambda_=3.0, iterations=80)
         rate = 3 * press.learning_rate
         unit, recent = self.container.volume / press.query_points, deque(maxlen=5)
+        self._course = {}
 
         def hopeless(step: Step) -> bool:
             recent.append(step.losses[2].item())
-            return sum(recent) / len(recent) * unit > self.hopeless * HOPELESS_EARLY.get(step.iteration, np.inf)
+            if step.iteration not in CHECKED:
+                return False
+            self._course[step.iteration] = overlap = sum(recent) / len(recent) * unit
+            if len(self._held) < HELD:
+                return False
+            return overlap > max(self.hopeless, LEEWAY * max(course[step.iteration] for course in self._held))
 
         run = self._arrange(chosen, start, replace(press, learning_rate=rate, final_learning_rate=rate / 6), hopeless)
         return run.start, sum(recent) / max(1, len(recent)) * unit
@@ -145,6 +155,8 @@ class Press:
                 return None
             mended = mend(bodies, start, self.container, STRICT * TOLERANCE, NEARLY)
             if mended is not None:
+                if len(self._course) == len(CHECKED):
+                    self._held.append(self._course)
                 return mended
         return None
 

@@ -1,0 +1,96 @@
+"""Assembly of broken vessels against where their parts were cut out."""
+
+import numpy as np
+import pytest
+import trimesh
+from scipy.spatial import cKDTree
+
+from data_fetch import fracture, vessels
+from rasp_core.__main__ import main
+from rasp_core.assembly import assemble
+from rasp_core.containers import Container
+from rasp_core.errors import InputError
+from rasp_core.meshes import make_body
+
+
+def scattered(parts, seed=0):
+    """The parts turned and moved at random, and the `(4, 4)` motions."""
+    random, found, motions = np.random.default_rng(seed), [], []
+    for part in parts:
+        motion = trimesh.transformations.random_rotation_matrix(random.random(3))
+        motion[:3, 3] = random.normal(size=3)
+        vertices = trimesh.transform_points(part.solid_vertices + part.centre, motion)
+        found.append(make_body(part.name, vertices, part.solid_faces))
+        motions.append(motion)
+    return found, motions
+
+
+def accuracy(parts, moved, motions, matrices, diagonal):
+    """Share of parts whose Chamfer distance to their true place, aligned by the largest, is under 0.01 diagonals."""
+    home = np.linalg.inv(matrices[0] @ motions[0])
+    right = 0
+    for part, motion, matrix in zip(parts, motions, matrices, strict=True):
+        mesh = trimesh.Trimesh(part.solid_vertices + part.centre, part.solid_faces, process=False)
+        points = np.asarray(trimesh.sample.sample_surface(mesh, 2000, seed=0)[0])
+        there = trimesh.transform_points(points, home @ matrix @ motion)
+        apart = (cKDTree(points).query(there)[0].mean() + cKDTree(there).query(points)[0].mean()) / 2
+        right += apart < 0.01 * diagonal
+    return right / len(parts)
+
+
+@pytest.mark.parametrize(("which", "count"), [(0, 2), (2, 2), (3, 3)])
+def test_scattered_parts_come_back(which, count):
+    whole = vessels()[which]
+    parts = fracture(whole, count, seed=1)
+    moved, motions = scattered(parts)
+    found = assemble(moved, Container(whole), seed=0)
+    assert accuracy(parts, moved, motions, found.matrices, 2 * np.linalg.norm(whole.half_extents)) == 1
+    assert found.scores.min() > 0.7
+    assert list(found.warnings) == []
+
+
+def test_one_part_alone():
+    whole = vessels()[1]
+    with pytest.raises(InputError, match="at least two parts, got 1"):
+        assemble([whole], Container(whole))
+
+
+def test_parts_of_something_larger():
+    whole = vessels()[1]
+    with pytest.raises(InputError, match=r"1\.5\d times the whole's volume"):
+        assemble([part.scaled(1.16) for part in fracture(whole, 2)], Container(whole))
+
+
+def test_a_part_that_fits_nowhere():
+    whole = vessels()[1]
+    rod = trimesh.creation.box((0.4, 0.004, 0.004))
+    with pytest.raises(InputError, match="rod fits nowhere"):
+        assemble([make_body("rod", rod.vertices, rod.faces)] * 2, Container(whole))
+
+
+def test_a_missing_part_is_said():
+    whole = vessels()[3]
+    found = assemble(fracture(whole, 3, seed=1)[:2], Container(whole))
+    assert "all of them" in found.warnings[0]
+
+
+def test_the_command_writes_a_run_and_says_how_well(tmp_path, capsys):
+    whole = vessels()[3]
+    mesh = trimesh.Trimesh(whole.solid_vertices, whole.solid_faces, process=False)
+    mesh.export(tmp_path / "whole.ply")
+    (tmp_path / "parts").mkdir()
+    for body in scattered(fracture(whole, 2, seed=1))[0]:
+        trimesh.Trimesh(body.vertices, body.faces, process=False).export(tmp_path / "parts" / f"{body.name}.ply")
+    arguments = ["assemble", str(tmp_path / "parts"), "--whole", str(tmp_path / "whole.ply"), "--out"]
+    assert main([*arguments, str(tmp_path / "run")]) == 0
+    assert "2 parts, surfaces that lie where they belong: 9" in capsys.readouterr().out
+    assert {"scene.glb", "result.json", "silhouettes.png"} <= {path.name for path in (tmp_path / "run").iterdir()}
+
+
+def test_the_command_refuses_what_is_not_a_broken_thing(tmp_path, capsys):
+    mesh = trimesh.creation.box((0.1, 0.1, 0.1))
+    mesh.export(tmp_path / "whole.ply")
+    arguments = ["assemble", str(tmp_path / "whole.ply"), "--whole", str(tmp_path / "whole.ply"), "--out"]
+    assert main([*arguments, str(tmp_path / "run")]) == 2
+    assert capsys.readouterr().err == "rasp: assembly needs at least two parts, got 1\n"
+    assert not (tmp_path / "run").exists()

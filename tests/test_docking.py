@@ -1,0 +1,100 @@
+"""Docking against places that are known: parts of wholes, where they were cut out."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from data_fetch import fracture, vessels
+from rasp_core.containers import Container
+from rasp_core.docking import Docking, Part, Place
+
+
+@pytest.fixture(scope="module")
+def broken():
+    """A gravy boat, which is not symmetric about an axis, in two parts."""
+    whole = vessels()[3]
+    return Container(whole), [Part(body) for body in fracture(whole, 2, seed=1)]
+
+
+def true(part):
+    return Place(np.eye(3), part.body.centre, 0.0)
+
+
+def docking(whole, seed=0):
+    return Docking(whole, np.random.default_rng(seed))
+
+
+def test_a_part_is_found_where_it_was_cut_out(broken):
+    whole, (large, _) = broken
+    place = docking(whole).places(large)[0]
+    assert not place.far_from(true(large), np.radians(2), 0.01 * 0.23)
+    assert place.score > 0.7
+
+
+def test_with_its_neighbour_there_the_fracture_counts_too(broken):
+    whole, (large, small) = broken
+    alone, beside = docking(whole), docking(whole)
+    beside.put(large, true(large))
+    place = beside.draw_in(small, true(small))
+    assert place.score > alone.draw_in(small, true(small)).score + 0.03
+    assert not place.far_from(true(small), np.radians(0.5), 5e-4)
+
+
+def test_a_part_is_drawn_in_from_nearby(broken):
+    whole, (large, _) = broken
+    off = Place(
+        Rotation.from_rotvec([0.05, -0.04, 0.03]).as_matrix(), large.body.centre + np.array([3, -2, 2]) / 1000, 0.0
+    )
+    place = docking(whole).draw_in(large, off)
+    assert not place.far_from(true(large), np.radians(0.5), 5e-4)
+
+
+def test_the_score_is_the_share_of_surface_on_the_boundary_less_what_is_outside(broken):
+    whole, (large, small) = broken
+    dock = docking(whole)
+    at = dock._score(large, np.eye(3), large.body.centre, [])
+    points = large.points + large.body.centre
+    wall = np.abs(whole.signed_distance(as_tensor(points))[0].numpy()) < 0.35 * dock.fine.voxel
+    assert at == pytest.approx(wall.mean(), abs=0.06)
+    away = dock._score(large, np.eye(3), large.body.centre + 1.0, [])
+    assert away == pytest.approx(-2)
+    inside = dock._score(small, np.eye(3), large.body.centre, [(large, true(large))])
+    assert inside < at - 0.5, "what is taken is outside too"
+
+
+def as_tensor(points):
+    import torch
+
+    return torch.from_numpy(points).float()
+
+
+def test_what_has_its_place_is_no_longer_free(broken):
+    whole, (large, _) = broken
+    dock = docking(whole)
+    before = dock.fine.free.sum() * dock.fine.voxel**3
+    assert before == pytest.approx(whole.volume, rel=0.03)
+    dock.put(large, true(large))
+    after = dock.fine.free.sum() * dock.fine.voxel**3
+    assert before - after == pytest.approx(large.body.volume, rel=0.05)
+
+
+def test_shifts_by_fourier_transforms_are_those_of_a_slow_search(broken):
+    whole, (_, small) = broken
+    room = docking(whole).coarse
+    turn = Rotation.from_rotvec([0.3, 0.2, -0.4]).as_matrix()
+    (found,) = room.best(small, [turn])
+    share = room._share(small, turn, room.first - found.centre, room.shape)
+    from scipy import ndimage
+
+    cost = 1 - room.free + 2.0 * ndimage.gaussian_laplace(room.free, 1.0)
+    assert -found.score == pytest.approx((share * cost).sum(), rel=1e-3, abs=1e-3)
+    for axis in range(3):
+        for step in (-1, 1):
+            moved = np.roll(share, step, axis)
+            assert (moved * cost).sum() >= (share * cost).sum() - 1e-3
+
+
+def test_a_part_too_large_for_the_room_has_no_place(broken):
+    whole, (large, _) = broken
+    giant = Part(large.body.scaled(3.0))
+    assert docking(whole).places(giant) == []
