@@ -10,7 +10,7 @@ from .fetchers import (
     fetch_kitchen,
     fetch_targets,
 )
-from .fracture import fracture, vessels
+from .fractures import fracture, vessels
 from .procedural import cad_like, duck, kitchen_like, polycubes, torus
 
 __all__ = [

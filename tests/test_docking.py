@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+import trimesh
 from scipy.spatial.transform import Rotation
 
 from data_fetch import fracture, vessels
 from rasp_core.containers import Container
 from rasp_core.docking import Docking, Part, Place
+from rasp_core.meshes import make_body
 
 
 @pytest.fixture(scope="module")
@@ -49,23 +51,20 @@ def test_a_part_is_drawn_in_from_nearby(broken):
     assert not place.far_from(true(large), np.radians(0.5), 5e-4)
 
 
-def test_the_score_is_the_share_of_surface_on_the_boundary_less_what_is_outside(broken):
-    whole, (large, small) = broken
-    dock = docking(whole)
-    at = dock._score(large, np.eye(3), large.body.centre, [])
-    points = large.points + large.body.centre
-    wall = np.abs(whole.signed_distance(as_tensor(points))[0].numpy()) < 0.35 * dock.fine.voxel
-    assert at == pytest.approx(wall.mean(), abs=0.06)
-    away = dock._score(large, np.eye(3), large.body.centre + 1.0, [])
-    assert away == pytest.approx(-2)
-    inside = dock._score(small, np.eye(3), large.body.centre, [(large, true(large))])
-    assert inside < at - 0.5, "what is taken is outside too"
+def brick(name, size, centre):
+    mesh = trimesh.creation.box(size)
+    return make_body(name, mesh.vertices + centre, mesh.faces)
 
 
-def as_tensor(points):
-    import torch
-
-    return torch.from_numpy(points).float()
+def test_the_score_is_the_share_of_surface_on_the_boundary_less_what_is_outside():
+    whole = Container(brick("whole", (0.2, 0.1, 0.1), (0, 0, 0)))
+    left, right = (Part(brick(name, (0.1, 0.1, 0.1), (x, 0, 0))) for name, x in (("left", -0.05), ("right", 0.05)))
+    dock, others = docking(whole), [(right, true(right))]
+    assert dock._score(left, np.eye(3), left.body.centre, []) == pytest.approx(5 / 6, abs=0.08)  # but along edges
+    assert dock._score(left, np.eye(3), left.body.centre, others) == pytest.approx(1, abs=0.08)
+    assert dock._score(left, np.eye(3), left.body.centre + 1.0, []) == pytest.approx(-2)
+    # in the other's place: what is on its surface lies wrong way round, inside of nothing
+    assert dock._score(left, np.eye(3), right.body.centre - [0.05, 0, 0], others) < 0.5
 
 
 def test_what_has_its_place_is_no_longer_free(broken):

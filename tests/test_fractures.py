@@ -57,6 +57,6 @@ def test_what_cannot_be_broken(wholes):
 
 
 def test_where_no_cut_is_found(wholes, monkeypatch):
-    monkeypatch.setattr("data_fetch.fracture.TRIES", 0)
+    monkeypatch.setattr("data_fetch.fractures.TRIES", 0)
     with pytest.raises(InputError, match="fewer parts or another seed"):
         fracture(wholes[0], 2)
