@@ -22,7 +22,8 @@ from . import sdf
 from .containers import Container
 from .meshes import Body
 
-COARSE, FINE = 24, 44  # voxels along the whole's longest edge
+ROOMS = (24, 44), (40, 80)  # voxels along the whole's longest edge, coarse and fine; the second for small parts
+SMALL = 0.17  # of that edge: radius of a small part
 PAD = 3  # voxels about the whole, for parts that are turned a little wrong
 BOUNDARY = 2.0  # reward of surface on boundary, against a voxel outside
 TURNS = 800  # random rotations tried for each part
@@ -74,24 +75,25 @@ class Docking:
     def __init__(self, whole: Container, random: np.random.Generator):
         edge = float(np.ptp(whole.bounds, axis=0).max())
         self.whole, self.random = whole, random
-        self.coarse, self.fine = _Room(whole, edge / COARSE), _Room(whole, edge / FINE)
+        self.rooms = [[_Room(whole, edge / voxels) for voxels in pair] for pair in ROOMS]
+        self.small = SMALL * edge
         self.placed: list[tuple[Part, Place]] = []
 
     def put(self, part: Part, place: Place) -> None:
         """Give a part its place."""
         self.placed.append((part, place))
-        for room in (self.coarse, self.fine):
-            room.fill(part, place)
+        for coarse, fine in self.rooms:
+            coarse.fill(part, place)
+            fine.fill(part, place)
 
     def places(self, part: Part) -> list[Place]:
         """Places for a part, the best first, no two of them alike; empty where it fits nowhere."""
-        radius = part.body.radius
+        radius, (coarse, fine) = part.body.radius, self._rooms(part)
         turns = Rotation.random(TURNS, random_state=self.random).as_matrix()
-        found = _apart(self.coarse.best(part, turns), BRANCHES, 0.25, 0.3 * radius)
+        found = _apart(coarse.best(part, turns), BRANCHES, 0.25, 0.3 * radius)
         for angle in (0.2, 0.1):
             found = [
-                min(self.fine.best(part, self._about(place.rotation, angle)), key=_cost, default=None)
-                for place in found
+                min(fine.best(part, self._about(place.rotation, angle)), key=_cost, default=None) for place in found
             ]
             found = [place for place in found if place is not None]
         found = _apart(found, DRAWN, 0.08, 0.1 * radius)
@@ -100,10 +102,10 @@ class Docking:
 
     def draw_in(self, part: Part, place: Place) -> Place:
         """The place nearby where most of the part's surface lies on the room's boundary, with its score."""
-        rotation, centre = place.rotation, place.centre
+        rotation, centre, voxel = place.rotation, place.centre, self._rooms(part)[1].voxel
         others = [(other, pose) for other, pose in self.placed if other is not part]
         for step in range(STEPS):
-            near = self.fine.voxel * (NEAR * (1 - step / STEPS) + CLOSE / 2)
+            near = voxel * (NEAR * (1 - step / STEPS) + CLOSE / 2)
             rows, residuals = [], []
             for distance, normal, along, inwards in self._boundaries(part, rotation, centre, others, near):
                 kept = ((np.abs(distance) < near) & (along > ALIKE)) | inwards
@@ -120,7 +122,7 @@ class Docking:
         return Place(rotation, centre, self._score(part, rotation, centre, others))
 
     def _score(self, part: Part, rotation, centre, others) -> float:
-        close = CLOSE * self.fine.voxel
+        close = CLOSE * self.rooms[0][1].voxel
         lies, leaves = np.zeros(len(part.points), bool), np.zeros(len(part.points), bool)
         for distance, _, along, outside in self._boundaries(part, rotation, centre, others, close):
             lies |= (np.abs(distance) < close) & (along > 0.75)
@@ -142,6 +144,9 @@ class Docking:
                 distance[inside], slope = other.signed_distance(local[inside])
                 gradient[inside] = slope @ pose.rotation.T
                 yield distance, gradient, -(normals * gradient).sum(1), distance < 0
+
+    def _rooms(self, part: Part) -> list[_Room]:
+        return self.rooms[part.body.radius < self.small]
 
     def _about(self, rotation: np.ndarray, angle: float) -> list[np.ndarray]:
         """The rotation itself and five others up to `angle` radians from it."""

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 import trimesh
-from scipy.spatial import cKDTree
 
 from data_fetch import fracture, vessels
+from rasp_core import accuracy
 from rasp_core.__main__ import main
 from rasp_core.assembly import assemble
 from rasp_core.containers import Container
@@ -25,26 +25,13 @@ def scattered(parts, seed=0):
     return found, motions
 
 
-def accuracy(parts, moved, motions, matrices, diagonal):
-    """Share of parts whose Chamfer distance to their true place, aligned by the largest, is under 0.01 diagonals."""
-    home = np.linalg.inv(matrices[0] @ motions[0])
-    right = 0
-    for part, motion, matrix in zip(parts, motions, matrices, strict=True):
-        mesh = trimesh.Trimesh(part.solid_vertices + part.centre, part.solid_faces, process=False)
-        points = np.asarray(trimesh.sample.sample_surface(mesh, 2000, seed=0)[0])
-        there = trimesh.transform_points(points, home @ matrix @ motion)
-        apart = (cKDTree(points).query(there)[0].mean() + cKDTree(there).query(points)[0].mean()) / 2
-        right += apart < 0.01 * diagonal
-    return right / len(parts)
-
-
 @pytest.mark.parametrize(("which", "count"), [(0, 2), (2, 2), (3, 3)])
 def test_scattered_parts_come_back(which, count):
     whole = vessels()[which]
     parts = fracture(whole, count, seed=1)
     moved, motions = scattered(parts)
     found = assemble(moved, Container(whole), seed=0)
-    assert accuracy(parts, moved, motions, found.matrices, 2 * np.linalg.norm(whole.half_extents)) == 1
+    assert accuracy.measure(moved, found.matrices, np.linalg.inv(motions)).parts == 1
     assert found.scores.min() > 0.7
     assert list(found.warnings) == []
 

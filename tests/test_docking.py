@@ -70,16 +70,16 @@ def test_the_score_is_the_share_of_surface_on_the_boundary_less_what_is_outside(
 def test_what_has_its_place_is_no_longer_free(broken):
     whole, (large, _) = broken
     dock = docking(whole)
-    before = dock.fine.free.sum() * dock.fine.voxel**3
+    before = dock.rooms[0][1].free.sum() * dock.rooms[0][1].voxel ** 3
     assert before == pytest.approx(whole.volume, rel=0.03)
     dock.put(large, true(large))
-    after = dock.fine.free.sum() * dock.fine.voxel**3
+    after = dock.rooms[0][1].free.sum() * dock.rooms[0][1].voxel ** 3
     assert before - after == pytest.approx(large.body.volume, rel=0.05)
 
 
 def test_shifts_by_fourier_transforms_are_those_of_a_slow_search(broken):
     whole, (_, small) = broken
-    room = docking(whole).coarse
+    room = docking(whole).rooms[0][0]
     turn = Rotation.from_rotvec([0.3, 0.2, -0.4]).as_matrix()
     (found,) = room.best(small, [turn])
     share = room._share(small, turn, room.first - found.centre, room.shape)

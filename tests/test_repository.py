@@ -23,7 +23,7 @@ ORDER = [
     "containers", "forces", "outlines", "silhouettes", "losses", "contact", "scene", "problem", "checkpoint", "arrange",
     "budget",
     "certify", "density", "packing", "voxels", "baselines", "mending", "pressing", "rasp", "dense", "smallest", "jobs",
-    "removal", "physics", "docking", "assembly", "starts", "ablation", "sweep", "live", "show", "results", "figures",
+    "removal", "physics", "docking", "assembly", "accuracy", "starts", "ablation", "sweep", "live", "show", "results", "figures",
     "widgets", "__main__",
 ]  # fmt: skip
 
