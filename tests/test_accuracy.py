@@ -13,10 +13,8 @@ from rasp_core.meshes import make_body
 def parts():
     """A large brick and a small one beside it, 0.5 m in all along x."""
     large, small = trimesh.creation.box((0.4, 0.2, 0.2)), trimesh.creation.box((0.1, 0.2, 0.2))
-    return [
-        make_body("large", large.vertices, large.faces),
-        make_body("small", small.vertices + [0.25, 0, 0], small.faces),
-    ]
+    small.apply_translation((0.25, 0, 0))
+    return [make_body(name, m.vertices, m.faces) for name, m in (("large", large), ("small", small))]
 
 
 DIAGONAL = np.sqrt(0.5**2 + 0.2**2 + 0.2**2)

@@ -45,8 +45,8 @@ def main():
             degrees += list(errors.rotation[1:])
             print(f"{whole.name} seed {seed}: {errors.parts:.2f} of the parts, {seconds[-1]:.1f} s", flush=True)
     print(
-        f"{options.parts} parts: accuracy {np.mean(right):.3f} in the mean, all right in {sum(r == 1 for r in right)} of "
-        f"{len(right)}; median rotation error {np.median(degrees):.2f} degrees; {np.mean(seconds):.1f} s in the mean, "
+        f"{options.parts} parts: accuracy {np.mean(right):.3f} in the mean, all right in "
+        f"{sum(r == 1 for r in right)} of {len(right)}; median rotation error {np.median(degrees):.2f} degrees; {np.mean(seconds):.1f} s in the mean, "
         f"{max(seconds):.1f} at most"
     )
 
