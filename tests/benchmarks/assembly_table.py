@@ -34,19 +34,20 @@ def main():
     parser.add_argument("--objects", type=int, default=10)
     options = parser.parse_args()
     right, degrees, seconds = [], [], []
-    for whole in vessels()[: options.objects]:
+    for vessel in vessels()[: options.objects]:
         for seed in range(options.seeds):
-            bodies, truth = scattered(fracture(whole, options.parts, seed), np.random.default_rng(seed))
+            bodies, truth = scattered(fracture(vessel, options.parts, seed), np.random.default_rng(seed))
             began = time.monotonic()
-            found = assemble(bodies, Container(whole), seed)
+            found = assemble(bodies, Container(vessel), seed)
             seconds.append(time.monotonic() - began)
             errors = measure(bodies, found.matrices, truth)
             right.append(errors.parts)
             degrees += list(errors.rotation[1:])
-            print(f"{whole.name} seed {seed}: {errors.parts:.2f} of the parts, {seconds[-1]:.1f} s", flush=True)
+            print(f"{vessel.name} seed {seed}: {errors.parts:.2f} of the parts, {seconds[-1]:.1f} s", flush=True)
+    whole = sum(r == 1 for r in right)
     print(
-        f"{options.parts} parts: accuracy {np.mean(right):.3f} in the mean, all right in "
-        f"{sum(r == 1 for r in right)} of {len(right)}; median rotation error {np.median(degrees):.2f} degrees; {np.mean(seconds):.1f} s in the mean, "
+        f"{options.parts} parts: accuracy {np.mean(right):.3f} in the mean, all right in {whole} of {len(right)}; "
+        f"median rotation error {np.median(degrees):.2f} degrees; {np.mean(seconds):.1f} s in the mean, "
         f"{max(seconds):.1f} at most"
     )
 
