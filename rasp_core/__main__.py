@@ -73,7 +73,12 @@ def _parser() -> _Parser:
     assemble.add_argument(
         "parts", nargs="+", metavar="PARTS", help="mesh files or folders of them; poses do not matter"
     )
-    assemble.add_argument("--whole", required=True, metavar="FILE", help="the whole's mesh, closed, in the same unit")
+    whole = assemble.add_mutually_exclusive_group(required=True)
+    whole.add_argument("--whole", metavar="FILE", help="the whole's mesh, closed, in the same unit")
+    whole.add_argument("--silhouettes", nargs="+", metavar="PNG", help="pictures of the whole, one for each view")
+    assemble.add_argument("--azimuths-deg", type=float, nargs="+", default=[0, 90, 0], help="(default: 0 90 0)")
+    assemble.add_argument("--elevations-deg", type=float, nargs="+", default=[0, 0, 90], help="(default: 0 0 90)")
+    assemble.add_argument("--width", type=float, help="of the silhouettes' edges, in the parts' unit")
     assemble.add_argument("--seed", type=int, default=0)
     assemble.add_argument("--out", type=Path, default=Path("out"), help="the run's folder (default: out)")
     assemble.set_defaults(run=_assemble)
@@ -167,15 +172,27 @@ def _pack(options: argparse.Namespace) -> int:
 
 
 def _assemble(options: argparse.Namespace) -> int:
-    from . import assembly, containers, meshes, packing, results
+    from . import assembly, containers, meshes, packing, pictures, results
+    from .cameras import Camera
     from .problem import Settings
 
     began = time.monotonic()
     folder = results.check_writable(options.out)
-    whole, parts = containers.from_mesh(options.whole), meshes.load_bodies(options.parts)
-    found = assembly.assemble(parts, whole, options.seed, progress=True)
+    if options.whole is not None:
+        whole, parts = containers.from_mesh(options.whole), meshes.load_bodies(options.parts)
+        found = assembly.assemble(parts, whole, options.seed, progress=True)
+    else:
+        angles = options.azimuths_deg, options.elevations_deg
+        if options.width is None or not len(options.silhouettes) == len(angles[0]) == len(angles[1]):
+            raise InputError(
+                f"silhouettes need --width and as many --azimuths-deg and --elevations-deg, got {len(angles[0])} and "
+                f"{len(angles[1])} for {len(options.silhouettes)} pictures"
+            )
+        cameras = [Camera(*pair, options.width) for pair in zip(*angles, strict=True)]
+        images, parts = pictures.read_silhouettes(options.silhouettes), meshes.load_bodies(options.parts)
+        found = assembly.assemble_by_silhouettes(parts, images, cameras, options.seed, progress=True)
     settings = Settings(seed=options.seed)
-    drawn = packing.finish(parts, list(range(len(parts))), found.start, whole, settings)
+    drawn = packing.finish(parts, list(range(len(parts))), found.start, found.whole, settings)
     facts = {
         "command": "assemble",
         "scores": {body.name: float(score) for body, score in zip(parts, found.scores, strict=True)},
@@ -185,12 +202,12 @@ def _assemble(options: argparse.Namespace) -> int:
     results.save_run(folder, drawn.arrangement, drawn.certificate, facts)
     for line in found.warnings:
         print(f"rasp: {line}", file=sys.stderr)
-    shared = drawn.certificate.overlap_volume / whole.volume
+    shared = drawn.certificate.overlap_volume / sum(body.volume for body in parts)
     print(
         f"{folder}: {len(parts)} parts, surfaces that lie where they belong: {found.scores.mean():.1%} in the mean, "
         f"{found.scores.min():.1%} at least; {shared:.2%} of the volume shared"
     )
-    return 0 if found.scores.min() >= assembly.POOR else 1
+    return 1 if found.warnings else 0
 
 
 def _sweep(options: argparse.Namespace) -> int:

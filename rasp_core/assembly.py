@@ -1,4 +1,8 @@
-"""Broken things put back together: each part where it belongs in the whole, then all drawn together."""
+"""Broken things put back together: each part where it belongs in the whole, then all drawn together.
+
+The whole is a mesh, or only its silhouettes: then parts are sought in their visual hull, and the paper's losses, Eq. 2
+and 4, draw them together.
+"""
 
 from __future__ import annotations
 
@@ -9,12 +13,14 @@ import numpy as np
 import torch
 from tqdm.auto import tqdm
 
-from .arrange import file_to_world
+from .arrange import arrange, file_to_world
+from .cameras import Camera
 from .containers import Container
 from .docking import Docking, Part, Place
 from .errors import InputError
+from .hulls import visual_hull
 from .meshes import Body
-from .problem import Start
+from .problem import Problem, Settings, Start
 
 LOOKED_AT = 3  # parts tried at each step, the largest first
 CLEAR = 0.25  # lead over the next best place above which a part's place is clear
@@ -23,14 +29,16 @@ SWEEPS = 2  # in which each part is drawn in once more between all others
 SPARE = 0.03  # share of the whole's volume by which the parts may miss it without a word
 MOST = 1.2  # of the whole's volume: parts that have more are not its parts
 POOR = 0.5  # score under which a part's place is doubtful
+UNLIKE = 0.95  # intersection over union of a silhouette under which it is doubtful
 
 
 @dataclass(frozen=True)
 class Assembly:
     """Where the parts belong.
 
-    start : their poses, in the order of `bodies`. scores `(N,)`: the share of each part's surface that lies on the
-    whole's surface or on a neighbour's, less twice the share that is where it must not be. warnings: lines of text.
+    whole : the whole, or the visual hull of its silhouettes. start : their poses, in the order of `bodies`. scores
+    `(N,)`: the share of each part's surface that lies on the whole's surface or on a neighbour's, less twice the share
+    that is where it must not be. warnings : lines of text, none where all parts have their places.
     """
 
     bodies: Sequence[Body]
@@ -52,37 +60,75 @@ def assemble(bodies: Sequence[Body], whole: Container, seed: int = 0, progress: 
     score leads the next best place's. Parts that fit at many places wait until their neighbours are there.
     Raises InputError for fewer than two parts, for parts of more volume than the whole's, and where one fits nowhere.
     """
+    share = _share(bodies, whole)
+    warnings = []
+    if abs(share - 1) > SPARE:
+        warnings.append(f"the parts have {share:.2f} times the whole's volume; are all there, in the same unit?")
+    found = _dock(bodies, whole, seed, ROUNDS, progress)
+    for body, place in zip(bodies, found, strict=True):
+        if place.score < POOR:
+            warnings.append(f"{body.name} lies doubtfully: {place.score:.2f} of 1 for its surface")
+    return Assembly(list(bodies), whole, _start(found), np.array([place.score for place in found]), warnings)
+
+
+def assemble_by_silhouettes(
+    bodies: Sequence[Body], images: np.ndarray, cameras: Sequence[Camera], seed: int = 0, progress: bool = False
+) -> Assembly:
+    """Find the parts' places from silhouettes of the whole alone: `(K, H, H)` in [0, 1], row 0 on top.
+
+    Raises InputError as `assemble` and `hulls.visual_hull` do.
+    """
+    images = np.asarray(images, np.float32)
+    hull = Container(visual_hull(images, cameras))
+    _share(bodies, hull)
+    found = _dock(bodies, hull, seed, 1, progress)
+    settings = Settings(
+        iterations=150,
+        learning_rate=2e-3,
+        softness_px=2.0,
+        final_softness_px=0.5,
+        silhouette_weight=1000.0,
+        lambda_=0.0,
+        query_points=40_000,
+        resolution=images.shape[-1],
+        seed=seed,
+    )
+    drawn = arrange(Problem(bodies, hull, cameras, images), settings, _start(found))
+    warnings = []
+    for camera, image, target in zip(cameras, drawn.images > 0.5, images > 0.5, strict=True):
+        alike = (image & target).sum() / (image | target).sum()
+        if alike < UNLIKE:
+            warnings.append(
+                f"the parts' silhouette at azimuth {camera.azimuth_deg:g}, elevation {camera.elevation_deg:g} is like "
+                f"the given one by {alike:.1%} only (intersection over union)"
+            )
+    return Assembly(list(bodies), hull, drawn.start, np.array([place.score for place in found]), warnings)
+
+
+def _share(bodies: Sequence[Body], whole: Container) -> float:
     if len(bodies) < 2:
         raise InputError(f"assembly needs at least two parts, got {len(bodies)}")
     share = sum(body.volume for body in bodies) / whole.volume
     if share > MOST:
         raise InputError(f"the parts have {share:.2f} times the whole's volume; are they its parts, in the same unit?")
-    warnings = []
-    if abs(share - 1) > SPARE:
-        warnings.append(
-            f"the parts have {share:.2f} times the whole's volume; are all of them there, in the same unit?"
-        )
-    random = np.random.default_rng(seed)
-    parts = [Part(body) for body in bodies]
+    return share
+
+
+def _dock(bodies: Sequence[Body], whole: Container, seed: int, rounds: int, progress: bool) -> list[Place]:
+    """A place for each part; those that lie doubtfully are looked at again in the next round."""
+    random, parts = np.random.default_rng(seed), [Part(body) for body in bodies]
     places: dict[int, Place] = {}
     with tqdm(disable=not progress, desc="assemble", unit="part", leave=False) as bar:
-        for _ in range(ROUNDS):
-            doubtful = [i for i in range(len(parts)) if i not in places or places[i].score < POOR]
-            if not doubtful:
+        for _ in range(rounds):
+            kept = {i: place for i, place in places.items() if place.score >= POOR}
+            if len(kept) == len(parts):
                 break
-            kept = {i: place for i, place in places.items() if i not in doubtful}
             places = _fill(parts, Docking(whole, random), kept, bar)
-    found = [places[i] for i in range(len(parts))]
-    start = Start(*(torch.from_numpy(np.stack(x)) for x in ([p.rotation for p in found], [p.centre for p in found])))
-    for body, place in zip(bodies, found, strict=True):
-        if place.score < POOR:
-            warnings.append(f"{body.name} lies doubtfully: {place.score:.2f} of 1 for its surface")
-    return Assembly(list(bodies), whole, start, np.array([place.score for place in found]), warnings)
+    return [places[i] for i in range(len(parts))]
 
 
 def _fill(parts: Sequence[Part], docking: Docking, kept: dict[int, Place], bar: tqdm) -> dict[int, Place]:
     """Places for all parts; those in `kept` have theirs."""
-    places = dict(kept)
     for i, place in kept.items():
         docking.put(parts[i], place)
     rest = sorted(set(range(len(parts))) - set(kept), key=lambda i: -parts[i].body.volume)
@@ -92,8 +138,7 @@ def _fill(parts: Sequence[Part], docking: Docking, kept: dict[int, Place], bar: 
         if not tried:
             raise InputError(f"{parts[rest[0]].body.name} fits nowhere in the whole; is it a part of it?")
         chosen = max(tried, key=lambda i: _clearness(tried[i]))
-        places[chosen] = tried[chosen][0]
-        docking.put(parts[chosen], places[chosen])
+        docking.put(parts[chosen], tried[chosen][0])
         rest.remove(chosen)
         bar.update()
     for _ in range(SWEEPS):
@@ -107,3 +152,8 @@ def _clearness(found: Sequence[Place]) -> float:
     """How clear it is that the first place is the right one."""
     lead = found[0].score - max(found[1].score if len(found) > 1 else 0.0, 0.0)
     return min(lead, CLEAR) + found[0].score / 2
+
+
+def _start(found: Sequence[Place]) -> Start:
+    rotation, centre = np.stack([place.rotation for place in found]), np.stack([place.centre for place in found])
+    return Start(torch.from_numpy(rotation), torch.from_numpy(centre))

@@ -34,13 +34,10 @@ def scene_picture(
     matrices: np.ndarray,
     container: Container | None = None,
     size: tuple[int, int] = (800, 700),
-    azimuth_deg: float = 35.0,
-    elevation_deg: float = 22.0,
-    hues: np.ndarray | None = None,
-    shadows: Sequence[tuple[Camera, np.ndarray]] = (),
+    **look,
 ) -> np.ndarray:
-    """One picture of a `Stage`, an RGB image `(H, W, 3)` uint8."""
-    stage = Stage(bodies, matrices, container, size, azimuth_deg, elevation_deg, hues, shadows)
+    """One picture of a `Stage`, an RGB image `(H, W, 3)` uint8. look : further arguments of the stage."""
+    stage = Stage(bodies, matrices, container, size, **look)
     try:
         return stage.picture(matrices)
     finally:

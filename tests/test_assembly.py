@@ -1,16 +1,23 @@
 """Assembly of broken vessels against where their parts were cut out."""
 
+import json
+
 import numpy as np
 import pytest
+import torch
 import trimesh
+from PIL import Image
 
 from data_fetch import fracture, vessels
 from rasp_core import accuracy
 from rasp_core.__main__ import main
-from rasp_core.assembly import assemble
+from rasp_core.assembly import assemble, assemble_by_silhouettes
+from rasp_core.cameras import box_views
 from rasp_core.containers import Container
 from rasp_core.errors import InputError
 from rasp_core.meshes import make_body
+from rasp_core.outlines import Outlines, Views
+from rasp_core.silhouettes import render
 
 
 def scattered(parts, seed=0):
@@ -58,7 +65,7 @@ def test_a_part_that_fits_nowhere():
 def test_a_missing_part_is_said():
     whole = vessels()[3]
     found = assemble(fracture(whole, 3, seed=1)[:2], Container(whole))
-    assert "all of them" in found.warnings[0]
+    assert "are all there" in found.warnings[0]
 
 
 def test_the_command_writes_a_run_and_says_how_well(tmp_path, capsys):
@@ -72,6 +79,41 @@ def test_the_command_writes_a_run_and_says_how_well(tmp_path, capsys):
     assert main([*arguments, str(tmp_path / "run")]) == 0
     assert "2 parts, surfaces that lie where they belong: 9" in capsys.readouterr().out
     assert {"scene.glb", "result.json", "silhouettes.png"} <= {path.name for path in (tmp_path / "run").iterdir()}
+
+
+def test_the_command_takes_silhouettes(tmp_path, capsys):
+    whole = vessels()[2]
+    cameras = box_views(0.25, (0, 0, 0))
+    place = torch.eye(3)[None], torch.zeros(1, 3)
+    images = render(Outlines([whole]), *place, Views(cameras), 256).numpy()
+    for k, image in enumerate(images):
+        Image.fromarray((255 * (1 - image)).astype(np.uint8)).save(tmp_path / f"{k}.png")
+    (tmp_path / "parts").mkdir()
+    parts = fracture(whole, 2, seed=1)
+    moved, motions = scattered(parts)
+    for body in moved:
+        trimesh.Trimesh(body.vertices, body.faces, process=False).export(tmp_path / "parts" / f"{body.name}.ply")
+    pictures = [str(tmp_path / f"{k}.png") for k in range(3)]
+    arguments = ["assemble", str(tmp_path / "parts"), "--silhouettes", *pictures, "--out", str(tmp_path / "run")]
+    assert main([*arguments, "--width", "0.25"]) == 0
+    record = json.loads((tmp_path / "run" / "result.json").read_text())
+    found = np.array([entry["pose"] for entry in record["objects"]])
+    assert accuracy.measure(moved, found, np.linalg.inv(motions)).parts == 1
+    capsys.readouterr()
+    assert main(arguments) == 2
+    assert capsys.readouterr().err.startswith("rasp: silhouettes need --width")
+    assert main([*arguments[:3], *pictures[:2], "--width", "0.25", "--out", str(tmp_path / "other")]) == 2
+    assert "got 3 and 3 for 2 pictures" in capsys.readouterr().err
+
+
+def test_silhouettes_that_do_not_come_out_alike_are_said(monkeypatch):
+    whole = vessels()[3]
+    cameras = box_views(0.3, whole.centre)
+    place = torch.eye(3)[None], torch.from_numpy(whole.centre[None]).float()
+    images = render(Outlines([whole]), *place, Views(cameras), 128).numpy()
+    part = fracture(whole, 3, seed=1)[:2]
+    found = assemble_by_silhouettes(part, images, cameras)
+    assert any("is like the given one by" in line for line in found.warnings)
 
 
 def test_the_command_refuses_what_is_not_a_broken_thing(tmp_path, capsys):
