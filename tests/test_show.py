@@ -72,3 +72,16 @@ def test_silhouettes_and_losses_have_an_axis_each():
     losses = show.loss_figure(found)
     assert [axis.get_title() for axis in losses.axes] == ["silhouette", "overlap", "extrusion"]
     assert len(losses.axes[0].lines[0].get_ydata()) == 3
+
+
+def test_a_stage_draws_other_poses_as_a_new_one_would():
+    bodies, matrices = placed(3)
+    room = box((0.45, 0.15, 0.15))
+    moved = matrices.copy()
+    moved[:, 2, 3] += 0.05
+    stage = show.Stage(bodies, matrices, room, (200, 200))
+    before, after, again = (stage.picture(where) for where in (matrices, moved, matrices))
+    stage.close()
+    assert np.array_equal(before, again)
+    assert np.abs(after.astype(int) - show.scene_picture(bodies, moved, room, (200, 200))).mean() < 0.5
+    assert np.abs(after.astype(int) - before).mean() > 2

@@ -1,19 +1,23 @@
 """Part accuracy and seconds on the embedded fractures.
 
-python tests/benchmarks/assembly_table.py --parts 2 --seeds 5 [--objects 10]
+python tests/benchmarks/assembly_table.py --parts 2 --seeds 5 [--objects 10] [--silhouettes]
 """
 
 import argparse
 import time
 
 import numpy as np
+import torch
 import trimesh
 
 from data_fetch import fracture, vessels
 from rasp_core.accuracy import measure
-from rasp_core.assembly import assemble
+from rasp_core.assembly import assemble, assemble_by_silhouettes
+from rasp_core.cameras import box_views
 from rasp_core.containers import Container
 from rasp_core.meshes import make_body
+from rasp_core.outlines import Outlines, Views
+from rasp_core.silhouettes import render
 
 
 def scattered(parts, random):
@@ -27,18 +31,29 @@ def scattered(parts, random):
     return found, np.stack(back)
 
 
+def shadows(vessel):
+    """Three silhouettes of 256 x 256 pixels, and their cameras."""
+    cameras = box_views(2.2 * float(np.linalg.norm(vessel.half_extents)), vessel.centre)
+    place = torch.eye(3)[None], torch.from_numpy(vessel.centre[None]).float()
+    return render(Outlines([vessel]), *place, Views(cameras), 256).numpy(), cameras
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--parts", type=int, default=2)
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--objects", type=int, default=10)
+    parser.add_argument("--silhouettes", action="store_true", help="three silhouettes instead of the whole's mesh")
     options = parser.parse_args()
     right, degrees, seconds = [], [], []
     for vessel in vessels()[: options.objects]:
         for seed in range(options.seeds):
             bodies, truth = scattered(fracture(vessel, options.parts, seed), np.random.default_rng(seed))
             began = time.monotonic()
-            found = assemble(bodies, Container(vessel), seed)
+            if options.silhouettes:
+                found = assemble_by_silhouettes(bodies, *shadows(vessel), seed)
+            else:
+                found = assemble(bodies, Container(vessel), seed)
             seconds.append(time.monotonic() - began)
             errors = measure(bodies, found.matrices, truth)
             right.append(errors.parts)
