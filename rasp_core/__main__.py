@@ -1,7 +1,7 @@
 """The command line: `rasp pack`, `check`, `assemble`, `sweep`, `figures`; also `python -m rasp_core`.
 
-Exit status: 0 certified (assemble: nothing doubtful), 1 not, 2 for input that cannot be used (one line on standard error says what and
-how to mend it). Progress goes to standard error, one line of result to standard output.
+Exit status: 0 certified (assemble: nothing doubtful), 1 not, 2 for input that cannot be used (one line on standard
+error says what and how to mend it). Progress goes to standard error, one line of result to standard output.
 """
 
 from __future__ import annotations
