@@ -10,7 +10,7 @@ from .fetchers import (
     fetch_kitchen,
     fetch_targets,
 )
-from .fractures import fracture, vessels
+from .fractures import fracture, scatter, vessels
 from .procedural import cad_like, duck, kitchen_like, polycubes, torus
 
 __all__ = [
@@ -27,6 +27,7 @@ __all__ = [
     "fracture",
     "kitchen_like",
     "polycubes",
+    "scatter",
     "torus",
     "vessels",
 ]

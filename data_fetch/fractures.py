@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+import trimesh
 from manifold3d import CrossSection, Manifold
+from scipy.interpolate import PchipInterpolator
+from scipy.spatial.transform import Rotation
 
 from rasp_core.errors import InputError
-from rasp_core.meshes import Body
+from rasp_core.meshes import Body, make_body
 
 from .procedural import solid_body
 
@@ -48,6 +53,17 @@ def fracture(body: Body, parts: int, seed: int = 0) -> list[Body]:
     return [solid_body(f"{body.name}_part{i + 1:02d}", piece) for i, piece in enumerate(pieces)]
 
 
+def scatter(parts: Sequence[Body], seed: int = 0) -> tuple[list[Body], np.ndarray]:
+    """The parts turned and moved at random, and the `(N, 4, 4)` motions that bring them back."""
+    rng, found, back = np.random.default_rng(seed), [], []
+    for part in parts:
+        motion = trimesh.transformations.random_rotation_matrix(rng.random(3))
+        motion[:3, 3] = rng.normal(size=3)
+        found.append(make_body(part.name, part.placed(motion), part.solid_faces))
+        back.append(np.linalg.inv(motion))
+    return found, np.stack(back)
+
+
 def _broken(piece: Manifold, share: float, rng: np.random.Generator) -> list[Manifold] | None:
     """Two connected pieces, neither smaller than `share` cubic metres."""
     box = np.array(piece.bounding_box()).reshape(2, 3)
@@ -76,14 +92,7 @@ def _rough_half_space(rng: np.random.Generator, size: float) -> Manifold:
 
     block = Manifold.cube((2.4 * size, 2.4 * size, 2 * size)).translate((-1.2 * size, -1.2 * size, -2 * size))
     quaternion = rng.normal(size=4)
-    w, x, y, z = quaternion / np.linalg.norm(quaternion)
-    turn = np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y), 0],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x), 0],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y), 0],
-        ]
-    )
+    turn = np.column_stack([Rotation.from_quat(np.roll(quaternion, -1)).as_matrix(), np.zeros(3)])  # scipy: w is last
     return block.refine(CELLS).warp_batch(rough).transform(turn)
 
 
@@ -129,8 +138,6 @@ def _vase(rng) -> Manifold:
     at = np.array([0, 0.15, 0.4, 0.62, 0.8, 0.9, 1.0])
     wide = np.array([0.62 * belly, 0.85 * belly, belly, 0.75 * belly, neck, neck, 1.35 * neck])
     levels = np.linspace(0, 1, 30)
-    from scipy.interpolate import PchipInterpolator
-
     return _vessel(np.column_stack([PchipInterpolator(at, wide)(levels), height * levels]), wall)
 
 

@@ -129,8 +129,9 @@ def _dock(bodies: Sequence[Body], whole: Container, seed: int, rounds: int, prog
 
 def _fill(parts: Sequence[Part], docking: Docking, kept: dict[int, Place], bar: tqdm) -> dict[int, Place]:
     """Places for all parts; those in `kept` have theirs."""
-    for i, place in kept.items():
-        docking.put(parts[i], place)
+    order = list(kept)
+    for i in order:
+        docking.put(parts[i], kept[i])
     rest = sorted(set(range(len(parts))) - set(kept), key=lambda i: -parts[i].body.volume)
     while rest:
         tried = {i: docking.places(parts[i]) for i in rest[: LOOKED_AT if len(rest) > 1 else 1]}
@@ -140,12 +141,12 @@ def _fill(parts: Sequence[Part], docking: Docking, kept: dict[int, Place], bar: 
         chosen = max(tried, key=lambda i: _clearness(tried[i]))
         docking.put(parts[chosen], tried[chosen][0])
         rest.remove(chosen)
+        order.append(chosen)
         bar.update()
     for _ in range(SWEEPS):
         for k, (part, place) in enumerate(docking.placed):
             docking.placed[k] = part, docking.draw_in(part, place)
-    drawn = {id(part): place for part, place in docking.placed}
-    return {i: drawn[id(part)] for i, part in enumerate(parts)}
+    return {i: place for i, (_, place) in zip(order, docking.placed, strict=True)}
 
 
 def _clearness(found: Sequence[Place]) -> float:

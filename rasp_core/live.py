@@ -86,6 +86,7 @@ class LiveRun:
         self._waiting, self._error = False, None
         self._thread: threading.Thread | None = None
         self._scenes: dict[int, Scene] = {}
+        self._lattice = losses.query_lattice(container, POINTS)
         self._rows: list[Tensor] = []
 
     # -- commands, from any thread -----------------------------------------------------------------------------------
@@ -216,9 +217,8 @@ class LiveRun:
         scene, problem = self._scene, self._problem
         place = start.rotation.float(), start.translation.float()
         images = render(scene.outlines, *place, scene.views, self.settings.resolution)
-        lattice = losses.query_lattice(self.container, POINTS)
-        taken = losses.occupancy(scene.stack, scene.half, *place, lattice).flatten()
-        taken = taken if lattice.inside is None else taken[lattice.inside]
+        taken = losses.occupancy(scene.stack, scene.half, *place, self._lattice).flatten()
+        taken = taken if self._lattice.inside is None else taken[self._lattice.inside]
         matrices = file_to_world(problem.bodies, start.rotation, start.translation)
         history = torch.stack(self._rows).numpy() if self._rows else np.zeros((0, len(LOSS_NAMES)), np.float32)
         filled, shared = (float((taken >= n).float().mean()) for n in (1, 2))

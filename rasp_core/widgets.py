@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
@@ -75,8 +76,8 @@ def still(
 ) -> tuple[str, Frame]:
     """The panel's picture for readers without a kernel: the run to its end, its last frame as SVG, and the frame.
     Raises InputError as `live.LiveRun` does."""
-    frames: list[Frame] = []
-    live = LiveRun(pool, container, controls, settings, lambda frame: frames.__setitem__(slice(None), [frame]))
+    frames: deque[Frame] = deque(maxlen=1)
+    live = LiveRun(pool, container, controls, settings, frames.append)
     live.run()
     live.wait()
     live.close()

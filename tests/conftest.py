@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 
 import pytest
+import trimesh
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -42,7 +43,6 @@ def kitchen(data):
 @pytest.fixture
 def two_balls():
     """Two bodies: balls of radius 1 (finely faceted) about the origin of their frames."""
-    import trimesh
 
     from rasp_core.meshes import make_body
 
@@ -66,3 +66,11 @@ def crowd():
         poses.quaternion_to_rotation(poses.random_quaternions(12, generator, torch.float64))
     )
     return scene, turns, box.random_points(12, generator).double()
+
+
+@pytest.fixture
+def pool(tmp_path):
+    """A folder of three blocks, as the command line names it."""
+    for i in range(3):
+        trimesh.creation.box((0.04 + 0.01 * i, 0.05, 0.06)).export(tmp_path / f"block{i}.stl")
+    return [str(tmp_path)]

@@ -51,13 +51,6 @@ def test_judge_of_cubes_that_overlap_and_stick_out():
     assert facts["stuck_out"] == pytest.approx(1 / 3)
 
 
-@pytest.fixture
-def pool(tmp_path):
-    for i in range(3):
-        trimesh.creation.box((0.04 + 0.01 * i, 0.05, 0.06)).export(tmp_path / f"block{i}.stl")
-    return [str(tmp_path)]
-
-
 def test_study_is_an_arrangement_judged(pool):
     facts = ablation.study(pool, "box:0.2,0.2,0.2", 2, start="grid", seed=1, **SIZE)
     assert set(facts) == {"overlap", "extrusion", "stuck_out", "silhouette", "gap"}

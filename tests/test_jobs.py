@@ -1,19 +1,11 @@
 """Packings named by files and numbers."""
 
 import pytest
-import trimesh
 
 from rasp_core import jobs
 from rasp_core.errors import InputError
 
 SMALL = {"iterations": 60, "resolution": 64, "query_points": 5000}
-
-
-@pytest.fixture
-def pool(tmp_path):
-    for i in range(3):
-        trimesh.creation.box((0.04 + 0.01 * i, 0.05, 0.06)).export(tmp_path / f"block{i}.stl")
-    return [str(tmp_path)]
 
 
 def test_load_repeats_and_scales(pool):

@@ -8,27 +8,14 @@ import time
 
 import numpy as np
 import torch
-import trimesh
 
-from data_fetch import fracture, vessels
+from data_fetch import fracture, scatter, vessels
 from rasp_core.accuracy import measure
 from rasp_core.assembly import assemble, assemble_by_silhouettes
 from rasp_core.cameras import box_views
 from rasp_core.containers import Container
-from rasp_core.meshes import make_body
 from rasp_core.outlines import Outlines, Views
 from rasp_core.silhouettes import render
-
-
-def scattered(parts, random):
-    """The parts turned and moved at random, and the motions that bring them back."""
-    found, back = [], []
-    for part in parts:
-        motion = trimesh.transformations.random_rotation_matrix(random.random(3))
-        motion[:3, 3] = random.normal(size=3)
-        found.append(make_body(part.name, trimesh.transform_points(part.placed(np.eye(4)), motion), part.solid_faces))
-        back.append(np.linalg.inv(motion))
-    return found, np.stack(back)
 
 
 def shadows(vessel):
@@ -48,7 +35,7 @@ def main():
     right, degrees, seconds = [], [], []
     for vessel in vessels()[: options.objects]:
         for seed in range(options.seeds):
-            bodies, truth = scattered(fracture(vessel, options.parts, seed), np.random.default_rng(seed))
+            bodies, truth = scatter(fracture(vessel, options.parts, seed), seed)
             began = time.monotonic()
             if options.silhouettes:
                 found = assemble_by_silhouettes(bodies, *shadows(vessel), seed)
