@@ -17,7 +17,7 @@ from .errors import InputError
 from .meshes import Body, make_body
 from .outlines import Outlines, Views
 from .sdf import CELLS, GridStack
-from .silhouettes import render
+from .silhouettes import render_at_rest
 
 SAMPLE_SPACING = 2.0  # between surface samples, in cells of the body's grid
 MAX_SAMPLES = 2000  # for one body
@@ -65,9 +65,7 @@ class Scene:
             corners = body.solid_vertices + body.centre
             corners[:, 2] = floor + height * (corners[:, 2] - floor)
             body = make_body(body.name, corners, body.solid_faces)
-        identity = torch.eye(3, device=self.device, dtype=self.dtype)[None]
-        outlines = Outlines([body], self.device, self.dtype)
-        return render(outlines, identity, self._tensor(body.centre[None]), self.views, resolution)
+        return render_at_rest(body, self.views, resolution)
 
     def _tensor(self, rows) -> Tensor:
         return torch.as_tensor(np.asarray(rows, np.float64), device=self.device, dtype=self.dtype)

@@ -21,7 +21,15 @@ from torch import Tensor
 from torch.nn import functional
 
 from . import engine, forces
+from .meshes import Body
 from .outlines import Outlines, Views
+
+
+def render_at_rest(body: Body, views: Views, resolution: int) -> Tensor:
+    """Coverage `(K, resolution, resolution)` of one body where its file has it."""
+    outlines = Outlines([body], views.axes.device, views.axes.dtype)
+    identity = torch.eye(3, device=views.axes.device, dtype=views.axes.dtype)[None]
+    return render(outlines, identity, torch.from_numpy(body.centre[None]).to(identity), views, resolution)
 
 
 def render(outlines: Outlines, rotation: Tensor, translation: Tensor, views: Views, resolution: int) -> Tensor:

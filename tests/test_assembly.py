@@ -17,7 +17,7 @@ from rasp_core.containers import Container
 from rasp_core.errors import InputError
 from rasp_core.meshes import make_body
 from rasp_core.outlines import Outlines, Views
-from rasp_core.silhouettes import render
+from rasp_core.silhouettes import render, render_at_rest
 
 
 @pytest.mark.parametrize(("which", "count"), [(0, 2), (2, 2), (3, 3)])
@@ -97,8 +97,7 @@ def test_the_command_takes_silhouettes(tmp_path, capsys):
 def test_silhouettes_that_do_not_come_out_alike_are_said():
     whole = vessels()[3]
     cameras = box_views(0.3, whole.centre)
-    place = torch.eye(3)[None], torch.from_numpy(whole.centre[None]).float()
-    images = render(Outlines([whole]), *place, Views(cameras), 128).numpy()
+    images = render_at_rest(whole, Views(cameras), 128).numpy()
     part = fracture(whole, 3, seed=1)[:2]
     found = assemble_by_silhouettes(part, images, cameras)
     assert any("is like the given one by" in line for line in found.warnings)

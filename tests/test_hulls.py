@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
-import torch
 
 from rasp_core.cameras import Camera, box_views
 from rasp_core.containers import Container, box
 from rasp_core.errors import InputError
 from rasp_core.hulls import extrusion, visual_hull
-from rasp_core.outlines import Outlines, Views
-from rasp_core.silhouettes import render
+from rasp_core.outlines import Views
+from rasp_core.silhouettes import render_at_rest
 
 RESOLUTION = 256
 
@@ -22,8 +21,7 @@ def disk(radius):
 
 
 def silhouettes(body, cameras):
-    place = torch.eye(3)[None], torch.from_numpy(body.centre[None]).float()
-    return render(Outlines([body]), *place, Views(cameras), RESOLUTION).numpy()
+    return render_at_rest(body, Views(cameras), RESOLUTION).numpy()
 
 
 def test_three_disks_make_the_solid_of_steinmetz():

@@ -7,22 +7,20 @@ import argparse
 import time
 
 import numpy as np
-import torch
 
 from data_fetch import fracture, scatter, vessels
 from rasp_core.accuracy import measure
 from rasp_core.assembly import assemble, assemble_by_silhouettes
 from rasp_core.cameras import box_views
 from rasp_core.containers import Container
-from rasp_core.outlines import Outlines, Views
-from rasp_core.silhouettes import render
+from rasp_core.outlines import Views
+from rasp_core.silhouettes import render_at_rest
 
 
 def shadows(vessel):
     """Three silhouettes of 256 x 256 pixels, and their cameras."""
     cameras = box_views(2.2 * float(np.linalg.norm(vessel.half_extents)), vessel.centre)
-    place = torch.eye(3)[None], torch.from_numpy(vessel.centre[None]).float()
-    return render(Outlines([vessel]), *place, Views(cameras), 256).numpy(), cameras
+    return render_at_rest(vessel, Views(cameras), 256).numpy(), cameras
 
 
 def main():
