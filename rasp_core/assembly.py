@@ -11,24 +11,19 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
-from tqdm.auto import tqdm
 
 from .arrange import arrange, file_to_world
 from .cameras import Camera
 from .containers import Container
-from .docking import Docking, Part, Place
+from .docking import Place
 from .errors import InputError
 from .hulls import visual_hull
+from .jigsaw import POOR, solve
 from .meshes import Body
 from .problem import Problem, Settings, Start
 
-LOOKED_AT = 3  # parts tried at each step, the largest first
-CLEAR = 0.25  # lead over the next best place above which a part's place is clear
-ROUNDS = 3  # in which parts that lie doubtfully are taken out and looked at anew
-SWEEPS = 2  # in which each part is drawn in once more between all others
 SPARE = 0.03  # share of the whole's volume by which the parts may miss it without a word
 MOST = 1.2  # of the whole's volume: parts that have more are not its parts
-POOR = 0.5  # score under which a part's place is doubtful
 UNLIKE = 0.95  # intersection over union of a silhouette under which it is doubtful
 
 
@@ -56,15 +51,13 @@ class Assembly:
 def assemble(bodies: Sequence[Body], whole: Container, seed: int = 0, progress: bool = False) -> Assembly:
     """Find the parts' places in the whole; their own poses are not looked at.
 
-    At each step the largest few parts that are left are tried, and the one whose place is clearest is kept: how far its
-    score leads the next best place's. Parts that fit at many places wait until their neighbours are there.
     Raises InputError for fewer than two parts, for parts of more volume than the whole's, and where one fits nowhere.
     """
     share = _share(bodies, whole)
     warnings = []
     if abs(share - 1) > SPARE:
         warnings.append(f"the parts have {share:.2f} times the whole's volume; are all there, in the same unit?")
-    found = _dock(bodies, whole, seed, ROUNDS, progress)
+    found = solve(bodies, whole, seed, progress)
     for body, place in zip(bodies, found, strict=True):
         if place.score < POOR:
             warnings.append(f"{body.name} lies doubtfully: {place.score:.2f} of 1 for its surface")
@@ -81,7 +74,7 @@ def assemble_by_silhouettes(
     images = np.asarray(images, np.float32)
     hull = Container(visual_hull(images, cameras))
     _share(bodies, hull)
-    found = _dock(bodies, hull, seed, 1, progress)
+    found = solve(bodies, hull, seed, progress)
     settings = Settings(
         iterations=150,
         learning_rate=2e-3,
@@ -112,47 +105,6 @@ def _share(bodies: Sequence[Body], whole: Container) -> float:
     if share > MOST:
         raise InputError(f"the parts have {share:.2f} times the whole's volume; are they its parts, in the same unit?")
     return share
-
-
-def _dock(bodies: Sequence[Body], whole: Container, seed: int, rounds: int, progress: bool) -> list[Place]:
-    """A place for each part; those that lie doubtfully are looked at again in the next round."""
-    random, parts = np.random.default_rng(seed), [Part(body) for body in bodies]
-    places: dict[int, Place] = {}
-    with tqdm(disable=not progress, desc="assemble", unit="part", leave=False) as bar:
-        for _ in range(rounds):
-            kept = {i: place for i, place in places.items() if place.score >= POOR}
-            if len(kept) == len(parts):
-                break
-            places = _fill(parts, Docking(whole, random), kept, bar)
-    return [places[i] for i in range(len(parts))]
-
-
-def _fill(parts: Sequence[Part], docking: Docking, kept: dict[int, Place], bar: tqdm) -> dict[int, Place]:
-    """Places for all parts; those in `kept` have theirs."""
-    order = list(kept)
-    for i in order:
-        docking.put(parts[i], kept[i])
-    rest = sorted(set(range(len(parts))) - set(kept), key=lambda i: -parts[i].body.volume)
-    while rest:
-        tried = {i: docking.places(parts[i]) for i in rest[: LOOKED_AT if len(rest) > 1 else 1]}
-        tried = {i: found for i, found in tried.items() if found}
-        if not tried:
-            raise InputError(f"{parts[rest[0]].body.name} fits nowhere in the whole; is it a part of it?")
-        chosen = max(tried, key=lambda i: _clearness(tried[i]))
-        docking.put(parts[chosen], tried[chosen][0])
-        rest.remove(chosen)
-        order.append(chosen)
-        bar.update()
-    for _ in range(SWEEPS):
-        for k, (part, place) in enumerate(docking.placed):
-            docking.placed[k] = part, docking.draw_in(part, place)
-    return {i: place for i, (_, place) in zip(order, docking.placed, strict=True)}
-
-
-def _clearness(found: Sequence[Place]) -> float:
-    """How clear it is that the first place is the right one."""
-    lead = found[0].score - max(found[1].score if len(found) > 1 else 0.0, 0.0)
-    return min(lead, CLEAR) + found[0].score / 2
 
 
 def _start(found: Sequence[Place]) -> Start:

@@ -9,6 +9,8 @@ share of their surface that then lies where it should. The paper's signal is the
 
 from __future__ import annotations
 
+import copy
+import itertools
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -32,14 +34,14 @@ DRAWN = 20  # places of those that are drawn in
 POINTS = 600  # of a part's surface
 STEPS = 20  # of least squares
 NEAR = 3.0  # fine voxels from which a surface is drawn to a boundary, at first
-CLOSE = 0.35  # fine voxels within which it counts as lying there
+CLOSE = 0.35  # fine voxels within which it counts as lying there, the more the nearer
 ALIKE = 0.6  # least cosine between normals that are drawn together
 OUTSIDE = 2.0  # what surface outside of the room costs, against surface on its boundary
 
 
 @dataclass(frozen=True)
 class Place:
-    """A pose of a part: rotation `(3, 3)`, its centre's place `(3,)`; score, the larger the better, 1 at most."""
+    """A pose of a part: rotation `(3, 3)`, its centre's place `(3,)`; score, the larger the better, under 1."""
 
     rotation: np.ndarray
     centre: np.ndarray
@@ -59,7 +61,7 @@ class Part:
         mesh = trimesh.Trimesh(body.solid_vertices, body.solid_faces, process=False)
         points, faces = trimesh.sample.sample_surface(mesh, POINTS, seed=0)
         self.points, self.normals = np.asarray(points), np.asarray(mesh.face_normals[faces])
-        self.corners = mesh.convex_hull.vertices
+        self.corners, self.area = mesh.convex_hull.vertices, float(mesh.area)
         self._stack = sdf.GridStack([self.grid])
 
     def signed_distance(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -72,9 +74,9 @@ class Part:
 class Docking:
     """The whole, and the parts that have their places in it."""
 
-    def __init__(self, whole: Container, random: np.random.Generator):
+    def __init__(self, whole: Container):
         edge = float(np.ptp(whole.bounds, axis=0).max())
-        self.whole, self.random = whole, random
+        self.whole = whole
         self.rooms = [[_Room(whole, edge / voxels) for voxels in pair] for pair in ROOMS]
         self.small = SMALL * edge
         self.placed: list[tuple[Part, Place]] = []
@@ -86,73 +88,85 @@ class Docking:
             coarse.fill(part, place)
             fine.fill(part, place)
 
-    def places(self, part: Part) -> list[Place]:
+    def copy(self) -> Docking:
+        """The same state, to go on from in another way."""
+        twin = copy.copy(self)
+        twin.rooms = [[copy.copy(room) for room in pair] for pair in self.rooms]
+        twin.placed = list(self.placed)
+        return twin
+
+    def places(self, part: Part, random: np.random.Generator) -> list[Place]:
         """Places for a part, the best first, no two of them alike; empty where it fits nowhere."""
         radius, (coarse, fine) = part.body.radius, self._rooms(part)
-        turns = Rotation.random(TURNS, random_state=self.random).as_matrix()
+        turns = Rotation.random(TURNS, random_state=random).as_matrix()
         found = _apart(coarse.best(part, turns), BRANCHES, 0.25, 0.3 * radius)
         for angle in (0.2, 0.1):
             found = [
-                min(fine.best(part, self._about(place.rotation, angle)), key=_cost, default=None) for place in found
+                min(fine.best(part, _about(place.rotation, angle, random)), key=_cost, default=None) for place in found
             ]
             found = [place for place in found if place is not None]
         found = _apart(found, DRAWN, 0.08, 0.1 * radius)
-        drawn = sorted((self.draw_in(part, place) for place in found), key=_cost)
-        return _apart(drawn, DRAWN, 0.1, 0.1 * radius)
+        return _apart(sorted(self.draw_in(part, found), key=_cost), DRAWN, 0.1, 0.1 * radius) if found else []
 
-    def draw_in(self, part: Part, place: Place) -> Place:
-        """The place nearby where most of the part's surface lies on the room's boundary, with its score."""
-        rotation, centre, voxel = place.rotation, place.centre, self._rooms(part)[1].voxel
-        others = [(other, pose) for other, pose in self.placed if other is not part]
+    def draw_in(self, part: Part, places: Sequence[Place]) -> list[Place]:
+        """Near each place the one where most of the part's surface lies on the room's boundary, with its score."""
+        rotation, centre = np.stack([place.rotation for place in places]), np.stack([place.centre for place in places])
+        others, voxel = [(other, pose) for other, pose in self.placed if other is not part], self._rooms(part)[1].voxel
+        damping = np.diag([1e-4 * part.body.radius**2] * 3 + [1e-4] * 3)
         for step in range(STEPS):
             near = voxel * (NEAR * (1 - step / STEPS) + CLOSE / 2)
-            rows, residuals = [], []
-            for distance, normal, along, inwards in self._boundaries(part, rotation, centre, others, near):
+            square, slope = np.zeros((len(places), 6, 6)) + damping, np.zeros((len(places), 6))
+            arms = (part.points @ rotation.swapaxes(1, 2)).reshape(-1, 3)
+            for index, distance, normal, along, inwards in self._boundaries(part, rotation, centre, others, near):
                 kept = ((np.abs(distance) < near) & (along > ALIKE)) | inwards
-                arm = (part.points @ rotation.T)[kept]
-                rows.append(np.hstack([np.cross(arm, normal[kept]), normal[kept]]))
-                residuals.append(distance[kept])
-            row, residual = np.vstack(rows), np.concatenate(residuals)
-            weight = 1 / (1 + (residual / near) ** 2)
-            damping = np.diag([1e-4 * part.body.radius**2] * 3 + [1e-4] * 3) * (1 + len(residual))
-            turn = -np.linalg.solve((row * weight[:, None]).T @ row + damping, (row * weight[:, None]).T @ residual)
-            turn[:3] *= min(1, 0.15 / max(np.linalg.norm(turn[:3]), 1e-12))
-            rotation = Rotation.from_rotvec(turn[:3]).as_matrix() @ rotation
-            centre = centre + turn[3:]
-        return Place(rotation, centre, self._score(part, rotation, centre, others))
+                index, distance, normal = index[kept], distance[kept], normal[kept]
+                row = np.hstack([np.cross(arms[index], normal), normal])
+                weighed = row / (1 + (distance / near) ** 2)[:, None]
+                ends = np.searchsorted(index, np.arange(len(places) + 1) * POINTS)
+                for k, (first, last) in enumerate(itertools.pairwise(ends)):
+                    square[k] += weighed[first:last].T @ row[first:last] + damping * (last - first)
+                    slope[k] += weighed[first:last].T @ distance[first:last]
+            turn = -np.linalg.solve(square, slope[:, :, None])[:, :, 0]
+            turn[:, :3] *= np.minimum(1, 0.15 / np.maximum(np.linalg.norm(turn[:, :3], axis=1), 1e-12))[:, None]
+            rotation = Rotation.from_rotvec(turn[:, :3]).as_matrix() @ rotation
+            centre = centre + turn[:, 3:]
+        scores = self._scores(part, rotation, centre, others)
+        return [Place(*pose) for pose in zip(rotation, centre, scores.tolist(), strict=True)]
 
-    def _score(self, part: Part, rotation, centre, others) -> float:
+    def score(self, part: Part, place: Place) -> float:
+        """How much of the part's surface lies on the room's boundary, less twice the share that leaves the room."""
+        others = [(other, pose) for other, pose in self.placed if other is not part]
+        return float(self._scores(part, place.rotation[None], place.centre[None], others)[0])
+
+    def _scores(self, part: Part, rotation, centre, others) -> np.ndarray:
         close = CLOSE * self.rooms[0][1].voxel
-        lies, leaves = np.zeros(len(part.points), bool), np.zeros(len(part.points), bool)
-        for distance, _, along, outside in self._boundaries(part, rotation, centre, others, close):
-            lies |= (np.abs(distance) < close) & (along > 0.75)
-            leaves |= outside & (np.abs(distance) > close)
-        return float(lies.mean() - OUTSIDE * leaves.mean())
+        lies, leaves = np.zeros(len(rotation) * POINTS), np.zeros(len(rotation) * POINTS, bool)
+        for index, distance, _, along, outside in self._boundaries(part, rotation, centre, others, close):
+            near = np.clip(1 - np.abs(distance) / close, 0, 1) * (along > 0.75)
+            lies[index] = np.maximum(lies[index], near)
+            leaves[index] |= outside & (np.abs(distance) > close)
+        return lies.reshape(-1, POINTS).mean(1) - OUTSIDE * leaves.reshape(-1, POINTS).mean(1)
 
     def _boundaries(self, part: Part, rotation, centre, others, near: float):
-        """For the whole and each part nearby: the distance of the part's points to it `(P,)`, its gradient `(P, 3)`,
-        the cosine between the normals as they should lie, and whether a point is where it must not be."""
-        points, normals = part.points @ rotation.T + centre, part.normals @ rotation.T
+        """For the whole and each part nearby, of B poses: which of the part's `(B x P)` points are near, and for each
+        of these M: distance `(M,)`, its gradient `(M, 3)`, the cosine between the normals as they should lie, and
+        whether the point is where it must not be."""
+        turned = rotation.swapaxes(1, 2)
+        points = (part.points @ turned + centre[:, None]).reshape(-1, 3)
+        normals = (part.normals @ turned).reshape(-1, 3)
         found = self.whole.signed_distance(torch.from_numpy(points).float())
         distance, gradient = (x.numpy().astype(np.float64) for x in found)
-        yield distance, gradient, (normals * gradient).sum(1), distance > 0
+        yield np.arange(len(points)), distance, gradient, (normals * gradient).sum(1), distance > 0
         for other, pose in others:
             local = (points - pose.centre) @ pose.rotation
-            inside = (np.abs(local) < other.body.half_extents + near).all(1)
-            if inside.any():
-                distance, gradient = np.full(len(points), np.inf), np.zeros_like(points)
-                distance[inside], slope = other.signed_distance(local[inside])
-                gradient[inside] = slope @ pose.rotation.T
-                yield distance, gradient, -(normals * gradient).sum(1), distance < 0
+            index = np.flatnonzero((np.abs(local) < other.body.half_extents + near).all(1))
+            if len(index):
+                distance, gradient = other.signed_distance(local[index])
+                gradient = gradient @ pose.rotation.T
+                yield index, distance, gradient, -(normals[index] * gradient).sum(1), distance < 0
 
     def _rooms(self, part: Part) -> list[_Room]:
         return self.rooms[part.body.radius < self.small]
-
-    def _about(self, rotation: np.ndarray, angle: float) -> list[np.ndarray]:
-        """The rotation itself and five others up to `angle` radians from it."""
-        axes = self.random.normal(size=(5, 3))
-        axes *= angle * self.random.uniform(0.3, 1, (5, 1)) / np.linalg.norm(axes, axis=1, keepdims=True)
-        return [rotation, *(Rotation.from_rotvec(axes).as_matrix() @ rotation)]
 
 
 class _Room:
@@ -207,6 +221,13 @@ class _Room:
             cval=1.0,
         )
         return np.clip(0.5 - distance / self.voxel, 0, 1)
+
+
+def _about(rotation: np.ndarray, angle: float, random: np.random.Generator) -> list[np.ndarray]:
+    """The rotation itself and five others up to `angle` radians from it."""
+    axes = random.normal(size=(5, 3))
+    axes *= angle * random.uniform(0.3, 1, (5, 1)) / np.linalg.norm(axes, axis=1, keepdims=True)
+    return [rotation, *(Rotation.from_rotvec(axes).as_matrix() @ rotation)]
 
 
 def _cost(place: Place) -> float:

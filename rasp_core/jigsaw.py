@@ -1,0 +1,155 @@
+"""Places for all parts of a broken thing, one after the other: a beam search over orders and places.
+
+A part that fits at many places of the whole, as on a bowl, waits until a neighbour shows which; a step that looks best
+may still be wrong, so several assemblies are followed, and the best of all surface decides at the end.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+from tqdm.auto import tqdm
+
+from .containers import Container
+from .docking import Docking, Part, Place
+from .errors import InputError
+from .meshes import Body
+
+LOOKED_AT = 4  # parts tried at each step, the largest first
+FOLLOWED = 2  # places of each that are followed
+BEAMS = 1, 4  # assemblies that are followed; more where the first search's result is not good
+GOOD = 0.85  # quality above which it is
+SWEEPS = 2  # in which each part is drawn in once more between all others
+POOR = 0.5  # score under which a part's place is doubtful
+ROUNDS = 2  # in which parts that lie doubtfully are taken out and looked at anew
+ALIKE = 0.1  # radians, and share of a part's radius: poses nearer than that are the same place
+
+
+@dataclass(frozen=True)
+class _State:
+    """Parts that have their places, by number, in the order in which they came; lead: the surface, in square metres,
+    by which their places led the next best ones."""
+
+    docking: Docking
+    order: tuple[int, ...] = ()
+    lead: float = 0.0
+
+    def like(self, other: _State) -> bool:
+        """Whether the same parts are at the same places."""
+        places = dict(zip(other.order, other.docking.placed, strict=True))
+        return set(self.order) == set(other.order) and not any(
+            _differ(part, place, places[i][1]) for i, (part, place) in zip(self.order, self.docking.placed, strict=True)
+        )
+
+    @property
+    def quality(self) -> float:
+        """The parts' score in the mean, each by its surface."""
+        return float(
+            np.average(
+                [place.score for _, place in self.docking.placed], weights=[p.area for p, _ in self.docking.placed]
+            )
+        )
+
+
+def solve(bodies: Sequence[Body], whole: Container, seed: int = 0, progress: bool = False) -> list[Place]:
+    """A place for each part, and its score between all others. Raises InputError where one fits nowhere."""
+    with tqdm(disable=not progress, desc="assemble", unit="part", leave=False) as bar:
+        search = _Search([Part(body) for body in bodies], seed, bar)
+        empty = _State(Docking(whole))
+        search.alone = dict(enumerate(search.places([(empty, i) for i in range(len(bodies))])))
+        for i, body in enumerate(bodies):
+            if not search.alone[i]:
+                raise InputError(f"{body.name} fits nowhere in the whole; is it a part of it?")
+        best = search.fill(empty, BEAMS[0])
+        for width in BEAMS[1:]:
+            if best.quality < GOOD and len(bodies) > 2:
+                best = max(best, search.fill(empty, width), key=lambda state: state.quality)
+        for _ in range(ROUNDS):
+            best = max(best, search.again(best, whole), key=lambda state: state.quality)
+    return [
+        place for _, (_, place) in sorted(zip(best.order, best.docking.placed, strict=True), key=lambda pair: pair[0])
+    ]
+
+
+class _Search:
+    """parts : all of them. alone : each one's places in the empty whole, the best first."""
+
+    def __init__(self, parts: Sequence[Part], seed: int, bar: tqdm):
+        self.parts, self.seed, self.bar, self.tries = parts, seed, bar, 0
+        self.alone: dict[int, list[Place]] = {}
+
+    def places(self, wanted: Sequence[tuple[_State, int]]) -> list[list[Place]]:
+        """Places of parts in states, several at once."""
+        first, self.tries = self.tries, self.tries + len(wanted)
+
+        def one(k: int) -> list[Place]:
+            state, i = wanted[k]
+            return state.docking.places(self.parts[i], np.random.default_rng([self.seed, first + k]))
+
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            return list(pool.map(one, range(len(wanted))))
+
+    def fill(self, state: _State, width: int) -> _State:
+        """Places for the parts that have none; `width` assemblies are followed."""
+        states = [state]
+        while len(states[0].order) < len(self.parts):
+            wanted = [(state, i) for state in states for i in self._largest(state)]
+            tried = self.places(wanted) if states[0].order else [self.alone[i] for _, i in wanted]
+            steps = [
+                (state.lead + self._lead(i, place, found), state, i, place)
+                for (state, i), found in zip(wanted, tried, strict=True)
+                for place in found[:FOLLOWED]
+            ]
+            if not steps:
+                name = self.parts[wanted[0][1]].body.name
+                raise InputError(f"{name} fits nowhere beside the others; is it a part of the whole?")
+            states = []
+            for lead, before, i, place in sorted(steps, key=lambda step: -step[0]):
+                docking = before.docking.copy()
+                docking.put(self.parts[i], place)
+                state = _State(docking, (*before.order, i), lead)
+                if not any(state.like(other) for other in states):
+                    states.append(state)
+                    if len(states) == width:
+                        break
+            self.bar.update()
+        for state in states:
+            _draw_together(state.docking)
+        return max(states, key=lambda state: state.quality)
+
+    def again(self, state: _State, whole: Container) -> _State:
+        """The same with the parts looked at anew that lie doubtfully."""
+        kept = [(i, *at) for i, at in zip(state.order, state.docking.placed, strict=True) if at[1].score >= POOR]
+        if len(kept) == len(self.parts):
+            return state
+        docking = Docking(whole)
+        for _, part, place in kept:
+            docking.put(part, place)
+        return self.fill(_State(docking, tuple(i for i, _, _ in kept)), 1)
+
+    def _largest(self, state: _State) -> list[int]:
+        rest = set(range(len(self.parts))) - set(state.order)
+        return sorted(rest, key=lambda i: -self.parts[i].body.volume)[:LOOKED_AT]
+
+    def _lead(self, i: int, place: Place, found: Sequence[Place]) -> float:
+        """The surface, in square metres, by which a place leads the part's others, those in the empty whole too."""
+        part = self.parts[i]
+        rivals = [other.score for other in (*found, *self.alone[i]) if _differ(part, place, other)]
+        return part.area * (place.score - max(rivals, default=0.0))
+
+
+def _differ(part: Part, one: Place, other: Place) -> bool:
+    return one.far_from(other, ALIKE, ALIKE * part.body.radius)
+
+
+def _draw_together(docking: Docking) -> None:
+    """Each part is drawn in between all others, where it lies better then; all scores are those at the end."""
+    for sweep in range(SWEEPS + 1):
+        for k, (part, place) in enumerate(docking.placed):
+            now = replace(place, score=docking.score(part, place))
+            drawn = docking.draw_in(part, [now]) if sweep < SWEEPS else []
+            docking.placed[k] = part, max(now, *drawn, key=lambda place: place.score) if drawn else now
