@@ -7,7 +7,7 @@ and 4, draw them together.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -18,12 +18,24 @@ from .containers import Container
 from .docking import Place
 from .errors import InputError
 from .hulls import visual_hull
-from .jigsaw import POOR, solve
+from .jigsaw import POOR, candidates, draw_together, solve
 from .meshes import Body
+from .outlines import Outlines, Views
 from .problem import Problem, Settings, Start
+from .silhouettes import render
 
 SPARE = 0.03  # share of the whole's volume by which the parts may miss it without a word
 MOST = 1.2  # of the whole's volume: parts that have more are not its parts
+DRAWN = 8  # ways to place all parts in a hull that the paper's losses decide between
+DRAWING = Settings(
+    iterations=150,
+    learning_rate=4e-3,
+    softness_px=2.0,
+    final_softness_px=0.5,
+    silhouette_weight=100.0,
+    lambda_=0.0,
+    query_points=20_000,
+)
 UNLIKE = 0.95  # intersection over union of a silhouette under which it is doubtful
 
 
@@ -74,28 +86,28 @@ def assemble_by_silhouettes(
     images = np.asarray(images, np.float32)
     hull = Container(visual_hull(images, cameras))
     _share(bodies, hull)
-    found = solve(bodies, hull, seed, progress)
-    settings = Settings(
-        iterations=150,
-        learning_rate=2e-3,
-        softness_px=2.0,
-        final_softness_px=0.5,
-        silhouette_weight=1000.0,
-        lambda_=0.0,
-        query_points=40_000,
-        resolution=images.shape[-1],
-        seed=seed,
-    )
-    drawn = arrange(Problem(bodies, hull, cameras, images), settings, _start(found))
+    problem = Problem(bodies, hull, cameras, images)
+    ways = [_start(places) for places in candidates(bodies, hull, seed, progress)]
+    ways.sort(key=lambda start: -_alike(bodies, start, cameras, images).mean())
+    drawn = arrange(problem, replace(DRAWING, resolution=images.shape[-1], seed=seed), ways[:DRAWN])
+    best = min(drawn, key=lambda arrangement: arrangement.history[-1, 0]).start
+    placed = [Place(*pose, 0.0) for pose in zip(best.rotation.numpy(), best.translation.numpy(), strict=True)]
+    placed = draw_together(bodies, hull, placed)
     warnings = []
-    for camera, image, target in zip(cameras, drawn.images > 0.5, images > 0.5, strict=True):
-        alike = (image & target).sum() / (image | target).sum()
+    for camera, alike in zip(cameras, _alike(bodies, _start(placed), cameras, images), strict=True):
         if alike < UNLIKE:
             warnings.append(
                 f"the parts' silhouette at azimuth {camera.azimuth_deg:g}, elevation {camera.elevation_deg:g} is like "
                 f"the given one by {alike:.1%} only (intersection over union)"
             )
-    return Assembly(list(bodies), hull, drawn.start, np.array([place.score for place in found]), warnings)
+    return Assembly(list(bodies), hull, _start(placed), np.array([place.score for place in placed]), warnings)
+
+
+def _alike(bodies: Sequence[Body], start: Start, cameras: Sequence[Camera], images: np.ndarray) -> np.ndarray:
+    """Intersection over union of each view's silhouette with the given one."""
+    place, views = (start.rotation.float(), start.translation.float()), Views(cameras)
+    drawn = render(Outlines(bodies), *place, views, images.shape[-1]).numpy() > 0.5
+    return (drawn & (images > 0.5)).sum((1, 2)) / (drawn | (images > 0.5)).sum((1, 2))
 
 
 def _share(bodies: Sequence[Body], whole: Container) -> float:

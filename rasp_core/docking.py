@@ -72,11 +72,12 @@ class Part:
 
 
 class Docking:
-    """The whole, and the parts that have their places in it."""
+    """The whole, and the parts that have their places in it. attracts : False where the whole's surface is only a
+    bound, and does not draw parts to it."""
 
-    def __init__(self, whole: Container):
+    def __init__(self, whole: Container, attracts: bool = True):
         edge = float(np.ptp(whole.bounds, axis=0).max())
-        self.whole = whole
+        self.whole, self.attracts = whole, attracts
         self.rooms = [[_Room(whole, edge / voxels) for voxels in pair] for pair in ROOMS]
         self.small = SMALL * edge
         self.placed: list[tuple[Part, Place]] = []
@@ -156,7 +157,8 @@ class Docking:
         normals = (part.normals @ turned).reshape(-1, 3)
         found = self.whole.signed_distance(torch.from_numpy(points).float())
         distance, gradient = (x.numpy().astype(np.float64) for x in found)
-        yield np.arange(len(points)), distance, gradient, (normals * gradient).sum(1), distance > 0
+        along = (normals * gradient).sum(1) if self.attracts else np.full(len(points), -1.0)
+        yield np.arange(len(points)), distance, gradient, along, distance > 0
         for other, pose in others:
             local = (points - pose.centre) @ pose.rotation
             index = np.flatnonzero((np.abs(local) < other.body.half_extents + near).all(1))

@@ -21,6 +21,7 @@ from .meshes import Body
 
 LOOKED_AT = 4  # parts tried at each step, the largest first
 FOLLOWED = 2  # places of each that are followed
+HULL_FOLLOWED, HULL_BEAM = 10, 40  # where a hull alone tells little
 BEAMS = 1, 4  # assemblies that are followed; more where the first search's result is not good
 GOOD = 0.85  # quality above which it is
 SWEEPS = 2  # in which each part is drawn in once more between all others
@@ -46,41 +47,67 @@ class _State:
         )
 
     @property
+    def places(self) -> list[Place]:
+        """In the order of the parts."""
+        places = dict(zip(self.order, self.docking.placed, strict=True))
+        return [places[i][1] for i in sorted(places)]
+
+    @property
     def quality(self) -> float:
         """The parts' score in the mean, each by its surface."""
-        return float(
-            np.average(
-                [place.score for _, place in self.docking.placed], weights=[p.area for p, _ in self.docking.placed]
-            )
-        )
+        areas = [part.area for part, _ in self.docking.placed]
+        return float(np.average([place.score for _, place in self.docking.placed], weights=areas))
 
 
 def solve(bodies: Sequence[Body], whole: Container, seed: int = 0, progress: bool = False) -> list[Place]:
     """A place for each part, and its score between all others. Raises InputError where one fits nowhere."""
     with tqdm(disable=not progress, desc="assemble", unit="part", leave=False) as bar:
-        search = _Search([Part(body) for body in bodies], seed, bar)
-        empty = _State(Docking(whole))
-        search.alone = dict(enumerate(search.places([(empty, i) for i in range(len(bodies))])))
-        for i, body in enumerate(bodies):
-            if not search.alone[i]:
-                raise InputError(f"{body.name} fits nowhere in the whole; is it a part of it?")
-        best = search.fill(empty, BEAMS[0])
-        for width in BEAMS[1:]:
-            if best.quality < GOOD and len(bodies) > 2:
-                best = max(best, search.fill(empty, width), key=lambda state: state.quality)
+        search = _Search(bodies, whole, seed, bar)
+        for width in BEAMS:
+            best = search.fill(search.empty, width)[0]
+            if best.quality > GOOD or len(bodies) == 2:
+                break
         for _ in range(ROUNDS):
-            best = max(best, search.again(best, whole), key=lambda state: state.quality)
-    return [
-        place for _, (_, place) in sorted(zip(best.order, best.docking.placed, strict=True), key=lambda pair: pair[0])
-    ]
+            best = max(best, search.again(best), key=lambda state: state.quality)
+    return best.places
+
+
+def candidates(bodies: Sequence[Body], hull: Container, seed: int = 0, progress: bool = False) -> list[list[Place]]:
+    """Places for all parts within a hull, in many ways; which is right shows elsewhere. Raises InputError as `solve`
+    does."""
+    with tqdm(disable=not progress, desc="assemble", unit="part", leave=False) as bar:
+        search = _Search(bodies, hull, seed, bar, looked_at=1, followed=HULL_FOLLOWED)
+        return [state.places for state in search.fill(search.empty, HULL_BEAM)]
+
+
+def draw_together(bodies: Sequence[Body], hull: Container, places: Sequence[Place]) -> list[Place]:
+    """Each part but the largest is drawn in between the others within the hull, surface to surface."""
+    docking = Docking(hull, attracts=False)
+    for body, place in zip(bodies, places, strict=True):
+        docking.put(Part(body), place)
+    _draw_together(docking, still=int(np.argmax([body.volume for body in bodies])))
+    return [place for _, place in docking.placed]
 
 
 class _Search:
-    """parts : all of them. alone : each one's places in the empty whole, the best first."""
+    """Parts that find their places; alone: each one's in the empty whole, the best first."""
 
-    def __init__(self, parts: Sequence[Part], seed: int, bar: tqdm):
-        self.parts, self.seed, self.bar, self.tries = parts, seed, bar, 0
-        self.alone: dict[int, list[Place]] = {}
+    def __init__(
+        self,
+        bodies: Sequence[Body],
+        whole: Container,
+        seed: int,
+        bar: tqdm,
+        looked_at: int = LOOKED_AT,
+        followed: int = FOLLOWED,
+    ):
+        self.parts, self.whole, self.seed, self.bar, self.tries = [Part(body) for body in bodies], whole, seed, bar, 0
+        self.looked_at, self.followed = looked_at, followed
+        self.empty = _State(Docking(whole))
+        self.alone = self.places([(self.empty, i) for i in range(len(bodies))])
+        for body, found in zip(bodies, self.alone, strict=True):
+            if not found:
+                raise InputError(f"{body.name} fits nowhere in the whole; is it a part of it?")
 
     def places(self, wanted: Sequence[tuple[_State, int]]) -> list[list[Place]]:
         """Places of parts in states, several at once."""
@@ -93,8 +120,8 @@ class _Search:
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             return list(pool.map(one, range(len(wanted))))
 
-    def fill(self, state: _State, width: int) -> _State:
-        """Places for the parts that have none; `width` assemblies are followed."""
+    def fill(self, state: _State, width: int) -> list[_State]:
+        """Places for the parts that have none, the best first; `width` assemblies are followed."""
         states = [state]
         while len(states[0].order) < len(self.parts):
             wanted = [(state, i) for state in states for i in self._largest(state)]
@@ -102,7 +129,7 @@ class _Search:
             steps = [
                 (state.lead + self._lead(i, place, found), state, i, place)
                 for (state, i), found in zip(wanted, tried, strict=True)
-                for place in found[:FOLLOWED]
+                for place in found[: self.followed]
             ]
             if not steps:
                 name = self.parts[wanted[0][1]].body.name
@@ -119,21 +146,21 @@ class _Search:
             self.bar.update()
         for state in states:
             _draw_together(state.docking)
-        return max(states, key=lambda state: state.quality)
+        return sorted(states, key=lambda state: -state.quality)
 
-    def again(self, state: _State, whole: Container) -> _State:
+    def again(self, state: _State) -> _State:
         """The same with the parts looked at anew that lie doubtfully."""
         kept = [(i, *at) for i, at in zip(state.order, state.docking.placed, strict=True) if at[1].score >= POOR]
         if len(kept) == len(self.parts):
             return state
-        docking = Docking(whole)
+        docking = Docking(self.whole)
         for _, part, place in kept:
             docking.put(part, place)
-        return self.fill(_State(docking, tuple(i for i, _, _ in kept)), 1)
+        return self.fill(_State(docking, tuple(i for i, _, _ in kept)), 1)[0]
 
     def _largest(self, state: _State) -> list[int]:
         rest = set(range(len(self.parts))) - set(state.order)
-        return sorted(rest, key=lambda i: -self.parts[i].body.volume)[:LOOKED_AT]
+        return sorted(rest, key=lambda i: -self.parts[i].body.volume)[: self.looked_at]
 
     def _lead(self, i: int, place: Place, found: Sequence[Place]) -> float:
         """The surface, in square metres, by which a place leads the part's others, those in the empty whole too."""
@@ -146,10 +173,11 @@ def _differ(part: Part, one: Place, other: Place) -> bool:
     return one.far_from(other, ALIKE, ALIKE * part.body.radius)
 
 
-def _draw_together(docking: Docking) -> None:
-    """Each part is drawn in between all others, where it lies better then; all scores are those at the end."""
+def _draw_together(docking: Docking, still: int | None = None) -> None:
+    """Each part, but the one that is to be `still`, is drawn in between all others, where it lies better then; all
+    scores are those at the end."""
     for sweep in range(SWEEPS + 1):
         for k, (part, place) in enumerate(docking.placed):
             now = replace(place, score=docking.score(part, place))
-            drawn = docking.draw_in(part, [now]) if sweep < SWEEPS else []
-            docking.placed[k] = part, max(now, *drawn, key=lambda place: place.score) if drawn else now
+            drawn = docking.draw_in(part, [now]) if sweep < SWEEPS and k != still else []
+            docking.placed[k] = part, max([now, *drawn], key=lambda place: place.score)
