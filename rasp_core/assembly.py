@@ -18,7 +18,7 @@ from .containers import Container
 from .docking import Place
 from .errors import InputError
 from .hulls import visual_hull
-from .jigsaw import POOR, candidates, draw_together, solve
+from .jigsaw import candidates, draw_together, solve
 from .meshes import Body
 from .outlines import Outlines, Views
 from .problem import Problem, Settings, Start
@@ -36,6 +36,7 @@ DRAWING = Settings(
     lambda_=0.0,
     query_points=20_000,
 )
+POOR = 0.5  # score under which a part's place is doubtful
 UNLIKE = 0.95  # intersection over union of a silhouette under which it is doubtful
 
 

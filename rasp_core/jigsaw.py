@@ -22,11 +22,11 @@ from .meshes import Body
 LOOKED_AT = 4  # parts tried at each step, the largest first
 FOLLOWED = 2  # places of each that are followed
 HULL_FOLLOWED, HULL_BEAM = 10, 40  # where a hull alone tells little
-BEAMS = 1, 4  # assemblies that are followed; more where the first search's result is not good
-GOOD = 0.85  # quality above which it is
+BEAM = 4  # assemblies that are followed where one alone comes to no good end
+FEW = 12  # parts at most for which they are
+GOOD = 0.85  # quality above which the end is good
 SWEEPS = 2  # in which each part is drawn in once more between all others
-POOR = 0.5  # score under which a part's place is doubtful
-ROUNDS = 2  # in which parts that lie doubtfully are taken out and looked at anew
+DOUBTFUL = 0.7, 0.8, 0.7, 0.8, 0.85, 0.7  # scores under which parts are looked at anew, round by round
 ALIKE = 0.1  # radians, and share of a part's radius: poses nearer than that are the same place
 
 
@@ -63,12 +63,9 @@ def solve(bodies: Sequence[Body], whole: Container, seed: int = 0, progress: boo
     """A place for each part, and its score between all others. Raises InputError where one fits nowhere."""
     with tqdm(disable=not progress, desc="assemble", unit="part", leave=False) as bar:
         search = _Search(bodies, whole, seed, bar)
-        for width in BEAMS:
-            best = search.fill(search.empty, width)[0]
-            if best.quality > GOOD or len(bodies) == 2:
-                break
-        for _ in range(ROUNDS):
-            best = max(best, search.again(best), key=lambda state: state.quality)
+        best = search.mended(search.fill(search.empty, 1)[0])
+        if best.quality < GOOD and 2 < len(bodies) <= FEW:
+            best = max(best, search.mended(search.fill(search.empty, BEAM)[0]), key=lambda state: state.quality)
     return best.places
 
 
@@ -148,15 +145,19 @@ class _Search:
             _draw_together(state.docking)
         return sorted(states, key=lambda state: -state.quality)
 
-    def again(self, state: _State) -> _State:
-        """The same with the parts looked at anew that lie doubtfully."""
-        kept = [(i, *at) for i, at in zip(state.order, state.docking.placed, strict=True) if at[1].score >= POOR]
-        if len(kept) == len(self.parts):
-            return state
-        docking = Docking(self.whole)
-        for _, part, place in kept:
-            docking.put(part, place)
-        return self.fill(_State(docking, tuple(i for i, _, _ in kept)), 1)[0]
+    def mended(self, state: _State) -> _State:
+        """The parts that lie doubtfully are taken out and looked at anew, and kept where that betters the whole."""
+        for least in DOUBTFUL if len(self.parts) > 2 else ():
+            if state.quality > GOOD:
+                break
+            pairs = zip(state.order, state.docking.placed, strict=True)
+            kept = [(i, part, place) for i, (part, place) in pairs if place.score >= least]
+            docking = Docking(self.whole)
+            for _, part, place in kept:
+                docking.put(part, place)
+            again = self.fill(_State(docking, tuple(i for i, _, _ in kept)), 1)[0]
+            state = max(state, again, key=lambda state: state.quality)
+        return state
 
     def _largest(self, state: _State) -> list[int]:
         rest = set(range(len(self.parts))) - set(state.order)
