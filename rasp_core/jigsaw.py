@@ -27,6 +27,8 @@ FEW = 12  # parts at most for which they are
 GOOD = 0.85  # quality above which the end is good
 SWEEPS = 2  # in which each part is drawn in once more between all others
 DOUBTFUL = 0.7, 0.8, 0.7, 0.8, 0.85, 0.7  # scores under which parts are looked at anew, round by round
+VAIN = 2  # rounds without a gain after which that ends
+LEAST_GAIN = 0.01  # of quality
 ALIKE = 0.1  # radians, and share of a part's radius: poses nearer than that are the same place
 
 
@@ -146,9 +148,10 @@ class _Search:
         return sorted(states, key=lambda state: -state.quality)
 
     def mended(self, state: _State) -> _State:
-        """The parts that lie doubtfully are taken out and looked at anew, and kept where that betters the whole."""
+        """The parts that lie doubtfully are taken out and looked at anew, as long as that betters the whole."""
+        vain = 0
         for least in DOUBTFUL if len(self.parts) > 2 else ():
-            if state.quality > GOOD:
+            if state.quality > GOOD or vain == VAIN:
                 break
             pairs = zip(state.order, state.docking.placed, strict=True)
             kept = [(i, part, place) for i, (part, place) in pairs if place.score >= least]
@@ -156,6 +159,7 @@ class _Search:
             for _, part, place in kept:
                 docking.put(part, place)
             again = self.fill(_State(docking, tuple(i for i, _, _ in kept)), 1)[0]
+            vain = 0 if again.quality > state.quality + LEAST_GAIN else vain + 1
             state = max(state, again, key=lambda state: state.quality)
         return state
 
