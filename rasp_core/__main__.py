@@ -204,7 +204,7 @@ def _assemble(options: argparse.Namespace) -> int:
         print(f"rasp: {line}", file=sys.stderr)
     shared = drawn.certificate.overlap_volume / sum(body.volume for body in parts)
     print(
-        f"{folder}: {len(parts)} parts, surfaces that lie where they belong: {found.scores.mean():.1%} in the mean, "
+        f"{folder}: {len(parts)} parts, fit of their surfaces: {found.scores.mean():.1%} in the mean, "
         f"{found.scores.min():.1%} at least; {shared:.2%} of the volume shared"
     )
     return 1 if found.warnings else 0
