@@ -20,8 +20,8 @@ from .errors import InputError
 from .hulls import visual_hull
 from .jigsaw import candidates, draw_together, solve
 from .meshes import Body
-from .outlines import Outlines, Views
 from .problem import Problem, Settings, Start
+from .scene import Scene
 from .silhouettes import render
 
 SPARE = 0.03  # share of the whole's volume by which the parts may miss it without a word
@@ -45,8 +45,9 @@ class Assembly:
     """Where the parts belong.
 
     whole : the whole, or the visual hull of its silhouettes. start : their poses, in the order of `bodies`. scores
-    `(N,)`: the share of each part's surface that lies on the whole's surface or on a neighbour's, less twice the share
-    that is where it must not be. warnings : lines of text, none where all parts have their places.
+    `(N,)`: how much of each part's surface lies on the whole's surface or on a neighbour's, the more the nearer, less
+    twice the share that is where it must not be; in a hull neighbours alone count. warnings : lines of text, none
+    where all parts have their places.
     """
 
     bodies: Sequence[Body]
@@ -88,14 +89,15 @@ def assemble_by_silhouettes(
     hull = Container(visual_hull(images, cameras))
     _share(bodies, hull)
     problem = Problem(bodies, hull, cameras, images)
+    scene = problem.scene()
     ways = [_start(places) for places in candidates(bodies, hull, seed, progress)]
-    ways.sort(key=lambda start: -_alike(bodies, start, cameras, images).mean())
-    drawn = arrange(problem, replace(DRAWING, resolution=images.shape[-1], seed=seed), ways[:DRAWN])
+    ways.sort(key=lambda start: -_alike(scene, start, images).mean())
+    drawn = arrange(problem, replace(DRAWING, resolution=images.shape[-1], seed=seed), ways[:DRAWN], scene=scene)
     best = min(drawn, key=lambda arrangement: arrangement.history[-1, 0]).start
     placed = [Place(*pose, 0.0) for pose in zip(best.rotation.numpy(), best.translation.numpy(), strict=True)]
     placed = draw_together(bodies, hull, placed)
     warnings = []
-    for camera, alike in zip(cameras, _alike(bodies, _start(placed), cameras, images), strict=True):
+    for camera, alike in zip(cameras, _alike(scene, _start(placed), images), strict=True):
         if alike < UNLIKE:
             warnings.append(
                 f"the parts' silhouette at azimuth {camera.azimuth_deg:g}, elevation {camera.elevation_deg:g} is like "
@@ -104,10 +106,10 @@ def assemble_by_silhouettes(
     return Assembly(list(bodies), hull, _start(placed), np.array([place.score for place in placed]), warnings)
 
 
-def _alike(bodies: Sequence[Body], start: Start, cameras: Sequence[Camera], images: np.ndarray) -> np.ndarray:
+def _alike(scene: Scene, start: Start, images: np.ndarray) -> np.ndarray:
     """Intersection over union of each view's silhouette with the given one."""
-    place, views = (start.rotation.float(), start.translation.float()), Views(cameras)
-    drawn = render(Outlines(bodies), *place, views, images.shape[-1]).numpy() > 0.5
+    place = start.rotation.float(), start.translation.float()
+    drawn = render(scene.outlines, *place, scene.views, images.shape[-1]).numpy() > 0.5
     return (drawn & (images > 0.5)).sum((1, 2)) / (drawn | (images > 0.5)).sum((1, 2))
 
 

@@ -102,23 +102,21 @@ class Docking:
         turns = Rotation.random(TURNS, random_state=random).as_matrix()
         found = _apart(coarse.best(part, turns), BRANCHES, 0.25, 0.3 * radius)
         for angle in (0.2, 0.1):
-            found = [
-                min(fine.best(part, _about(place.rotation, angle, random)), key=_cost, default=None) for place in found
-            ]
-            found = [place for place in found if place is not None]
+            tried = [fine.best(part, _about(place.rotation, angle, random)) for place in found]
+            found = [best[0] for best in tried if best]
         found = _apart(found, DRAWN, 0.08, 0.1 * radius)
         return _apart(sorted(self.draw_in(part, found), key=_cost), DRAWN, 0.1, 0.1 * radius) if found else []
 
     def draw_in(self, part: Part, places: Sequence[Place]) -> list[Place]:
         """Near each place the one where most of the part's surface lies on the room's boundary, with its score."""
         rotation, centre = np.stack([place.rotation for place in places]), np.stack([place.centre for place in places])
-        others, voxel = [(other, pose) for other, pose in self.placed if other is not part], self._rooms(part)[1].voxel
+        voxel = self._rooms(part)[1].voxel
         damping = np.diag([1e-4 * part.body.radius**2] * 3 + [1e-4] * 3)
         for step in range(STEPS):
             near = voxel * (NEAR * (1 - step / STEPS) + CLOSE / 2)
             square, slope = np.zeros((len(places), 6, 6)) + damping, np.zeros((len(places), 6))
             arms = (part.points @ rotation.swapaxes(1, 2)).reshape(-1, 3)
-            for index, distance, normal, along, inwards in self._boundaries(part, rotation, centre, others, near):
+            for index, distance, normal, along, inwards in self._boundaries(part, rotation, centre, near):
                 kept = ((np.abs(distance) < near) & (along > ALIKE)) | inwards
                 index, distance, normal = index[kept], distance[kept], normal[kept]
                 row = np.hstack([np.cross(arms[index], normal), normal])
@@ -131,26 +129,25 @@ class Docking:
             turn[:, :3] *= np.minimum(1, 0.15 / np.maximum(np.linalg.norm(turn[:, :3], axis=1), 1e-12))[:, None]
             rotation = Rotation.from_rotvec(turn[:, :3]).as_matrix() @ rotation
             centre = centre + turn[:, 3:]
-        scores = self._scores(part, rotation, centre, others)
+        scores = self._scores(part, rotation, centre)
         return [Place(*pose) for pose in zip(rotation, centre, scores.tolist(), strict=True)]
 
     def score(self, part: Part, place: Place) -> float:
         """How much of the part's surface lies on the room's boundary, less twice the share that leaves the room."""
-        others = [(other, pose) for other, pose in self.placed if other is not part]
-        return float(self._scores(part, place.rotation[None], place.centre[None], others)[0])
+        return float(self._scores(part, place.rotation[None], place.centre[None])[0])
 
-    def _scores(self, part: Part, rotation, centre, others) -> np.ndarray:
+    def _scores(self, part: Part, rotation, centre) -> np.ndarray:
         close = CLOSE * self.rooms[0][1].voxel
         lies, leaves = np.zeros(len(rotation) * POINTS), np.zeros(len(rotation) * POINTS, bool)
-        for index, distance, _, along, outside in self._boundaries(part, rotation, centre, others, close):
+        for index, distance, _, along, outside in self._boundaries(part, rotation, centre, close):
             near = np.clip(1 - np.abs(distance) / close, 0, 1) * (along > 0.75)
             lies[index] = np.maximum(lies[index], near)
             leaves[index] |= outside & (np.abs(distance) > close)
         return lies.reshape(-1, POINTS).mean(1) - OUTSIDE * leaves.reshape(-1, POINTS).mean(1)
 
-    def _boundaries(self, part: Part, rotation, centre, others, near: float):
-        """For the whole and each part nearby, of B poses: which of the part's `(B x P)` points are near, and for each
-        of these M: distance `(M,)`, its gradient `(M, 3)`, the cosine between the normals as they should lie, and
+    def _boundaries(self, part: Part, rotation, centre, near: float):
+        """For the whole and each other part nearby, of B poses: which of the part's `(B x P)` points are near, and for
+        each of these M: distance `(M,)`, its gradient `(M, 3)`, the cosine between the normals as they should lie, and
         whether the point is where it must not be."""
         turned = rotation.swapaxes(1, 2)
         points = (part.points @ turned + centre[:, None]).reshape(-1, 3)
@@ -159,7 +156,9 @@ class Docking:
         distance, gradient = (x.numpy().astype(np.float64) for x in found)
         along = (normals * gradient).sum(1) if self.attracts else np.full(len(points), -1.0)
         yield np.arange(len(points)), distance, gradient, along, distance > 0
-        for other, pose in others:
+        for other, pose in self.placed:
+            if other is part:
+                continue
             local = (points - pose.centre) @ pose.rotation
             index = np.flatnonzero((np.abs(local) < other.body.half_extents + near).all(1))
             if len(index):

@@ -100,7 +100,7 @@ class _Search:
         looked_at: int = LOOKED_AT,
         followed: int = FOLLOWED,
     ):
-        self.parts, self.whole, self.seed, self.bar, self.tries = [Part(body) for body in bodies], whole, seed, bar, 0
+        self.parts, self.seed, self.bar, self.tries = [Part(body) for body in bodies], seed, bar, 0
         self.looked_at, self.followed = looked_at, followed
         self.empty = _State(Docking(whole))
         self.alone = self.places([(self.empty, i) for i in range(len(bodies))])
@@ -155,7 +155,7 @@ class _Search:
                 break
             pairs = zip(state.order, state.docking.placed, strict=True)
             kept = [(i, part, place) for i, (part, place) in pairs if place.score >= least]
-            docking = Docking(self.whole)
+            docking = self.empty.docking.copy()
             for _, part, place in kept:
                 docking.put(part, place)
             again = self.fill(_State(docking, tuple(i for i, _, _ in kept)), 1)[0]

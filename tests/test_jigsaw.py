@@ -2,8 +2,11 @@
 
 import numpy as np
 import pytest
+import torch
 
 from data_fetch import fracture, scatter, vessels
+from rasp_core.accuracy import measure
+from rasp_core.arrange import file_to_world
 from rasp_core.containers import Container
 from rasp_core.docking import Place
 from rasp_core.errors import InputError
@@ -18,17 +21,11 @@ def bowl():
     return Container(whole), parts, back
 
 
-def apart_deg(parts, back, places):
-    """Rotation of each part against the first, from how it was cut out, in degrees."""
-    turned = [place.rotation @ motion[:3, :3].T for place, motion in zip(places, back, strict=True)]
-    turns = [turned[0].T @ turn for turn in turned]
-    return [np.degrees(np.arccos(np.clip((np.trace(turn) - 1) / 2, -1, 1))) for turn in turns]
-
-
 def test_neighbours_show_where_symmetric_parts_belong(bowl):
     whole, parts, back = bowl
     places = solve(parts, whole, seed=0)
-    assert max(apart_deg(parts, back, places)) < 2
+    poses = [torch.from_numpy(np.stack(rows)) for rows in zip(*((p.rotation, p.centre) for p in places), strict=True)]
+    assert measure(parts, file_to_world(parts, *poses), back).rotation.max() < 2
     assert min(place.score for place in places) > 0.6
 
 
