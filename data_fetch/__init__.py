@@ -12,6 +12,7 @@ from .fetchers import (
 )
 from .fractures import fracture, scatter, vessels
 from .procedural import cad_like, duck, kitchen_like, polycubes, torus
+from .scans import reconstruct
 
 __all__ = [
     "cad_like",
@@ -27,6 +28,7 @@ __all__ = [
     "fracture",
     "kitchen_like",
     "polycubes",
+    "reconstruct",
     "scatter",
     "torus",
     "vessels",

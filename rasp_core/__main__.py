@@ -196,6 +196,7 @@ def _assemble(options: argparse.Namespace) -> int:
     facts = {
         "command": "assemble",
         "scores": {body.name: float(score) for body, score in zip(parts, found.scores, strict=True)},
+        "likeness": None if found.likeness is None else found.likeness.tolist(),
         "warnings": list(found.warnings),
         "seconds": time.monotonic() - began,
     }
@@ -203,9 +204,10 @@ def _assemble(options: argparse.Namespace) -> int:
     for line in found.warnings:
         print(f"rasp: {line}", file=sys.stderr)
     shared = drawn.certificate.overlap_volume / sum(body.volume for body in parts)
+    name, fit = ("fit of their surfaces", found.scores) if found.likeness is None else ("likeness", found.likeness)
     print(
-        f"{folder}: {len(parts)} parts, fit of their surfaces: {found.scores.mean():.1%} in the mean, "
-        f"{found.scores.min():.1%} at least; {shared:.2%} of the volume shared"
+        f"{folder}: {len(parts)} parts, {name}: {fit.mean():.1%} in the mean, {fit.min():.1%} at least; "
+        f"{shared:.2%} of the volume shared"
     )
     return 1 if found.warnings else 0
 

@@ -51,7 +51,9 @@ def measure(bodies: Sequence[Body], matrices: np.ndarray, truth: np.ndarray) -> 
         there, here = trimesh.transform_points(points, home @ matrix), trimesh.transform_points(points, right)
         chamfer = (cKDTree(here).query(there)[0].mean() + cKDTree(there).query(here)[0].mean()) / 2
         moved = home @ matrix @ np.linalg.inv(right)
-        angle = np.degrees(np.arccos(np.clip((np.trace(moved[:3, :3]) - 1) / 2, -1, 1)))
+        # by the chord, not the trace, whose rounding hides small angles
+        chord = np.linalg.norm(moved[:3, :3] - np.eye(3)) / np.sqrt(8)
+        angle = np.degrees(2 * np.arcsin(min(chord, 1.0)))
         centre = np.append(body.centre, 1)
         apart = np.linalg.norm((home @ matrix @ centre - right @ centre)[:3])
         rows.append((chamfer / diagonal, angle, apart / diagonal))

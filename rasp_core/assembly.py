@@ -47,7 +47,8 @@ class Assembly:
     whole : the whole, or the visual hull of its silhouettes. start : their poses, in the order of `bodies`. scores
     `(N,)`: how much of each part's surface lies on the whole's surface or on a neighbour's, the more the nearer, less
     twice the share that is where it must not be; in a hull neighbours alone count. warnings : lines of text, none
-    where all parts have their places.
+    where all parts have their places. likeness `(K,)`: intersection over union of the parts' silhouettes with the given
+    ones; None where the whole's mesh was given.
     """
 
     bodies: Sequence[Body]
@@ -55,6 +56,7 @@ class Assembly:
     start: Start
     scores: np.ndarray
     warnings: Sequence[str] = ()
+    likeness: np.ndarray | None = None
 
     @property
     def matrices(self) -> np.ndarray:
@@ -96,14 +98,15 @@ def assemble_by_silhouettes(
     best = min(drawn, key=lambda arrangement: arrangement.history[-1, 0]).start
     placed = [Place(*pose, 0.0) for pose in zip(best.rotation.numpy(), best.translation.numpy(), strict=True)]
     placed = draw_together(bodies, hull, placed)
-    warnings = []
-    for camera, alike in zip(cameras, _alike(scene, _start(placed), images), strict=True):
+    warnings, likeness = [], _alike(scene, _start(placed), images)
+    for camera, alike in zip(cameras, likeness, strict=True):
         if alike < UNLIKE:
             warnings.append(
                 f"the parts' silhouette at azimuth {camera.azimuth_deg:g}, elevation {camera.elevation_deg:g} is like "
                 f"the given one by {alike:.1%} only (intersection over union)"
             )
-    return Assembly(list(bodies), hull, _start(placed), np.array([place.score for place in placed]), warnings)
+    scores = np.array([place.score for place in placed])
+    return Assembly(list(bodies), hull, _start(placed), scores, warnings, likeness)
 
 
 def _alike(scene: Scene, start: Start, images: np.ndarray) -> np.ndarray:

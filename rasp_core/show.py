@@ -111,6 +111,23 @@ class Stage:
         self._plotter.close()
 
 
+def exploded(bodies: Sequence[Body], matrices: np.ndarray, share: float = 0.6) -> np.ndarray:
+    """Poses `(N, 4, 4)` drawn apart: each body's middle moved from the middle of all by `share` of its distance."""
+    apart = np.array(matrices, np.float64)
+    middles = np.stack([(pose @ [*body.centre, 1])[:3] for body, pose in zip(bodies, apart, strict=True)])
+    apart[:, :3, 3] += share * (middles - middles.mean(0))
+    return apart
+
+
+def trimmed(picture: np.ndarray, margin: int = 12) -> np.ndarray:
+    """A picture `(H, W, 3)` without its white border, but for `margin` pixels."""
+    rows, columns = (np.flatnonzero((picture < 250).any(2).any(axis)) for axis in (1, 0))
+    if not len(rows):
+        return picture
+    (top, bottom), (left, right) = ((max(at[0] - margin, 0), at[-1] + 1 + margin) for at in (rows, columns))
+    return picture[top:bottom, left:right]
+
+
 def _load_pyvista():
     if sys.platform == "linux" and not os.environ.get("DISPLAY"):
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")  # do not try X first

@@ -89,7 +89,8 @@ def test_the_command_takes_silhouettes(tmp_path, capsys):
     record = json.loads((tmp_path / "run" / "result.json").read_text())
     found = np.array([entry["pose"] for entry in record["objects"]])
     assert accuracy.measure(moved, found, truth).parts == 1
-    capsys.readouterr()
+    assert min(record["likeness"]) > 0.95
+    assert f"2 parts, likeness: {np.mean(record['likeness']):.1%} in the mean" in capsys.readouterr().out
     assert main(arguments) == 2
     assert capsys.readouterr().err.startswith("rasp: silhouettes need --width")
     assert main([*arguments[:3], *pictures[:2], "--width", "0.25", "--out", str(tmp_path / "other")]) == 2

@@ -85,3 +85,22 @@ def test_a_stage_draws_other_poses_as_a_new_one_would():
     assert np.array_equal(before, again)
     assert np.abs(after.astype(int) - show.scene_picture(bodies, moved, room, (200, 200))).mean() < 0.5
     assert np.abs(after.astype(int) - before).mean() > 2
+
+
+def test_exploded_keeps_turns_and_stretches_distances():
+    bodies, matrices = placed(3)
+    apart = show.exploded(bodies, matrices, share=0.5)
+    assert np.array_equal(apart[:, :3, :3], matrices[:, :3, :3])
+    before, after = (
+        [pose[:3, 3] + body.centre for body, pose in zip(bodies, where, strict=True)] for where in (matrices, apart)
+    )
+    assert np.allclose(np.diff(after, axis=0), 1.5 * np.diff(before, axis=0))
+    assert np.allclose(np.mean(after, axis=0), np.mean(before, axis=0))
+
+
+def test_trimmed_cuts_white_away():
+    picture = np.full((40, 60, 3), 255, np.uint8)
+    assert show.trimmed(picture).shape == picture.shape
+    picture[10:20, 30:35, 1] = 0
+    assert show.trimmed(picture, 0).shape == (10, 5, 3)
+    assert show.trimmed(picture, 100).shape == picture.shape
