@@ -25,7 +25,8 @@ def visual_hull(images: np.ndarray, cameras: Sequence[Camera]) -> Body:
         raise InputError(f"a silhouette for each view is needed, got {len(images)} for {len(cameras)} views")
     for k, camera in enumerate(cameras):
         for other in cameras[:k]:
-            if abs(float(camera.axes[2] @ other.axes[2])) > 1 - 1e-6 and camera.projection == "orthographic":
+            along = float(camera.axes[2] @ other.axes[2])
+            if (along if camera.projection == "perspective" else abs(along)) > 1 - 1e-6:
                 raise InputError(
                     f"two views look along one line (azimuth {camera.azimuth_deg:g}, elevation "
                     f"{camera.elevation_deg:g}); they show the same shadow, leave one out"

@@ -20,6 +20,7 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
+from PIL import Image
 
 from . import show
 from .arrange import LOSS_NAMES, Arrangement
@@ -54,11 +55,13 @@ def save_run(
     facts: dict,
     history: np.ndarray | None = None,
     scenes: Mapping[str, np.ndarray] | None = None,
+    images: Mapping[str, np.ndarray] | None = None,
 ) -> Path:
     """Write a run's folder; each file appears whole or not at all.
 
     facts : further entries of result.json. history : `(I, 5)` losses, the arrangement's own where None.
-    scenes : further scenes' file names, and the poses `(N, 4, 4)` that the bodies have in them.
+    scenes : further scenes' file names, and the poses `(N, 4, 4)` that the bodies have in them. images : further
+    pictures' file names, and pixels uint8.
     Raises InputError where the folder cannot be written.
     """
     folder = check_writable(folder)
@@ -75,6 +78,8 @@ def save_run(
             writer = csv.writer(file)
             writer.writerow(["iteration", *LOSS_NAMES])
             writer.writerows([i, *map(float, row)] for i, row in enumerate(history))
+        for name, pixels in (images or {}).items():
+            Image.fromarray(pixels).save(work / name)
         figure = show.silhouette_figure(arrangement.targets, arrangement.images, arrangement.cameras)
         figure.savefig(work / "silhouettes.png", dpi=100)
         for file in sorted(work.iterdir()):

@@ -48,12 +48,7 @@ class Scene:
         self.views = Views(cameras, self.device, dtype)
         self.half = self._tensor([body.half_extents for body in bodies])
         self.radius = self._tensor([body.radius for body in bodies])
-        points = [_surface_points(body) for body in bodies]
-        count = torch.tensor([len(p) for p in points], device=self.device)
-        area = [np.full(len(p), body.manifold.surface_area() / len(p)) for body, p in zip(bodies, points, strict=True)]
-        self.samples = SurfaceSamples(
-            self._tensor(np.concatenate(points)), count.cumsum(0) - count, count, self._tensor(np.concatenate(area))
-        )
+        self.samples = surface_samples(bodies, self.device, dtype)
 
     def container_silhouettes(self, resolution: int, height: float = 1.0) -> Tensor:
         """The container's own silhouettes `(K, resolution, resolution)`, the targets of packing.
@@ -69,6 +64,15 @@ class Scene:
 
     def _tensor(self, rows) -> Tensor:
         return torch.as_tensor(np.asarray(rows, np.float64), device=self.device, dtype=self.dtype)
+
+
+def surface_samples(bodies: Sequence[Body], device: str | torch.device = "cpu", dtype=torch.float32) -> SurfaceSamples:
+    """Points on the surface of each body, in its frame, and the area that each stands for."""
+    points = [_surface_points(body) for body in bodies]
+    count = torch.tensor([len(p) for p in points], device=device)
+    area = [np.full(len(p), body.manifold.surface_area() / len(p)) for body, p in zip(bodies, points, strict=True)]
+    points, area = (torch.as_tensor(np.concatenate(x), device=device, dtype=dtype) for x in (points, area))
+    return SurfaceSamples(points, count.cumsum(0) - count, count, area)
 
 
 def resolve_device(name: str | torch.device) -> torch.device:

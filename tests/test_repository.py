@@ -23,8 +23,9 @@ ORDER = [
     "containers", "forces", "outlines", "silhouettes", "losses", "contact", "scene", "problem", "checkpoint", "arrange",
     "budget",
     "certify", "density", "packing", "voxels", "baselines", "mending", "pressing", "rasp", "dense", "smallest", "jobs",
-    "removal", "physics", "pictures", "hulls", "docking", "jigsaw", "assembly", "accuracy", "starts", "ablation",
-    "sweep", "live", "show", "results", "figures", "widgets", "__main__",
+    "removal", "physics", "pictures", "hulls", "docking", "jigsaw", "assembly", "accuracy", "profiles",
+    "kernels_covering", "covering", "lettering", "anamorphic", "starts", "ablation", "sweep", "live", "show", "results",
+    "figures", "widgets", "commands", "__main__",
 ]  # fmt: skip
 
 

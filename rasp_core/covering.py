@@ -1,0 +1,172 @@
+"""Objects put one by one where their silhouettes cover most of what is still open in all pictures, and spill least.
+
+Greedy, on pixels: one that should be dark and is not yet is worth 1, one that should stay light costs 1. Places are
+drawn in the visual hull where pictures are still open, the best of them climb to where they gain most, and the first
+that touches nothing is taken. What the silhouettes cost keeps bodies in the hull; nothing else has to.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import torch
+
+from .cameras import PERSPECTIVE_DISTANCE, Camera
+from .meshes import Body
+from .outlines import Outlines, Views
+from .problem import Start
+from .profiles import Profiles
+from .scene import surface_samples
+from .sdf import GridStack
+from .silhouettes import mask
+
+TURNS = 32  # of each object
+DRAWN = 3000  # places looked at for each object that is put
+CLIMBED = 12  # of them, the best, that climb
+ATTEMPTS = 8  # drawings before it is taken that nothing can be put
+STEPS = (8.0, 0.5)  # pixels: the first and the last step of a climb
+DEPTHS = 128  # points along an edge of the viewing volume that may lie in the hull
+MARGIN = 5e-4  # of the viewing volume's edge, kept between bodies
+
+
+class Covering:
+    """Objects of a pool, each as often as is wanted, before K views of one width, and what they leave open.
+
+    chosen, rotation, place : indices into the pool, and poses, of what is placed. wanted `(K, H, H)` bool: the pixels
+    that should be dark. dark `(K, H, H)` bool: those that are.
+    """
+
+    def __init__(self, pool: Sequence[Body], cameras: Sequence[Camera], wanted: np.ndarray, seed: int):
+        """cameras about the origin; `begin` sets their width."""
+        from . import kernels_covering
+
+        self._kernels = kernels_covering
+        self.pool, self.wanted = list(pool), np.asarray(wanted, bool)
+        self._seed, self.size = seed, self.wanted.shape[-1]
+        self._profiles = Profiles.of(pool, cameras, TURNS, seed)
+        samples = surface_samples(pool)
+        self._solids = (
+            GridStack.of_bodies(pool).arrays,
+            (samples.points.numpy(), np.append(samples.start.numpy(), len(samples.points))),
+            np.array([body.radius for body in pool]),
+        )
+        self._at_width_1 = [Camera(c.azimuth_deg, c.elevation_deg, 1.0, projection=c.projection) for c in cameras]
+        self._points, self._pixels = hull_points(self.wanted, self._at_width_1)
+        self.begin(1.0)
+
+    def begin(self, width: float) -> None:
+        """Take all objects away, and set the views' width, metres."""
+        self.random = np.random.default_rng([5, self._seed])
+        self.cameras = [
+            Camera(c.azimuth_deg, c.elevation_deg, width, projection=c.projection) for c in self._at_width_1
+        ]
+        self.chosen, self.rotation, self.place = [], np.zeros((0, 3, 3)), np.zeros((0, 3))
+        self.dark = np.zeros_like(self.wanted)
+
+    @property
+    def width(self) -> float:
+        """Of the viewing volume, metres."""
+        return self.cameras[0].width
+
+    @property
+    def start(self) -> Start:
+        """The poses of what is placed."""
+        return Start(torch.from_numpy(self.rotation), torch.from_numpy(self.place))
+
+    @property
+    def likeness(self) -> np.ndarray:
+        """`(K,)` intersection over union of what is dark with what should be."""
+        return (self.dark & self.wanted).sum((1, 2)) / (self.dark | self.wanted).sum((1, 2))
+
+    def take(self, chosen: Sequence[int], start: Start) -> None:
+        """Have these objects at these poses instead."""
+        self.chosen = list(chosen)
+        self.rotation, self.place = start.rotation.double().numpy(), start.translation.double().numpy()
+        self.dark = self._drawn(self.chosen, self.rotation, self.place)
+
+    def contributions(self) -> np.ndarray:
+        """`(N,)`: pixels, those wanted less the others, that each object alone makes dark."""
+        each = [
+            self._drawn([i], r[None], t[None]) for i, r, t in zip(self.chosen, self.rotation, self.place, strict=True)
+        ]
+        layers = np.sum(each, 0, dtype=np.int32)
+        alone = np.where(layers == 1, np.where(self.wanted, 1, -1), 0)
+        return np.array([int(alone[image].sum()) for image in each])
+
+    def fill(self, count: int, least: float, ends: Callable[[], bool] = lambda: False) -> int:
+        """Put up to `count` objects more, while one gains `least` pixels and `ends` is false; returns how many."""
+        for done in range(count):
+            if ends() or not any(self._put(least) for _ in range(ATTEMPTS)):
+                return done
+        return count
+
+    def _put(self, least: float) -> bool:
+        profiles = self._profiles
+        arrays = profiles.runs, profiles.rotation, profiles.reach, profiles.radius
+        bounds, pixel = np.array([[-0.5] * 3, [0.5] * 3]) * self.width, self.width / self.size
+        open_ = (self.wanted & ~self.dark).reshape(len(self.wanted), -1)
+        weight = np.sum([row[at] for row, at in zip(open_, self._pixels, strict=True)], 0) ** 2.0
+        if not weight.any():
+            return False
+        worth = np.where(self.dark, 0.0, np.where(self.wanted, 1.0, -1.0))
+        worth = np.concatenate([np.zeros((*worth.shape[:2], 1)), worth.cumsum(2)], 2)
+        drawn = np.searchsorted(weight.cumsum(), self.random.random(DRAWN) * weight.sum(), side="right")
+        places = self._points[drawn] * self.width
+        which, found = self.random.integers(len(profiles.runs), size=DRAWN), np.empty(DRAWN)
+        scene = worth, _arrays(self.cameras), arrays, bounds
+        self._kernels.gains(*scene, which, places, found)
+        placed, margin = (np.array(self.chosen, np.int64), self.rotation, self.place), MARGIN * self.width
+        best, climbed = (least, 0, None), 0
+        for m in np.argsort(-found):
+            body, turn, place = which[m] // profiles.turns, profiles.rotation[which[m]], places[m].copy()
+            if climbed == CLIMBED or not np.isfinite(found[m]):
+                break
+            if not self._kernels.free(self._solids, placed, body, turn, place, margin):
+                continue
+            steps, climbed = (step * pixel for step in STEPS), climbed + 1
+            index, value = self._kernels.climb(
+                *scene, self._solids, placed, margin, profiles.turns, which[m], place, *steps
+            )
+            if value >= best[0]:
+                best = value, index, place
+        _, index, place = best
+        if place is None:
+            return False
+        body, turn = index // profiles.turns, profiles.rotation[index]
+        self.chosen.append(int(body))
+        self.rotation = np.concatenate([self.rotation, turn[None]])
+        self.place = np.concatenate([self.place, place[None]])
+        self.dark |= self._drawn([body], turn[None], place[None])
+        return True
+
+    def _drawn(self, chosen: Sequence[int], rotation: np.ndarray, place: np.ndarray) -> np.ndarray:
+        """Hard silhouettes `(K, H, H)` bool."""
+        if not len(chosen):
+            return np.zeros_like(self.wanted)
+        pose = torch.from_numpy(rotation).float(), torch.from_numpy(place).float()
+        return mask(Outlines([self.pool[i] for i in chosen]), *pose, Views(self.cameras), self.size).numpy()
+
+
+def hull_points(wanted: np.ndarray, cameras: Sequence[Camera]) -> tuple[np.ndarray, np.ndarray]:
+    """Points `(M, 3)` of a lattice in the viewing volume that are dark in all pictures `(K, H, H)` bool, and the number
+    of the pixel that shows each of them, `(K, M)`, row by row."""
+    width, size = cameras[0].width, wanted.shape[-1]
+    steps = ((np.arange(DEPTHS) + 0.5) / DEPTHS - 0.5) * width
+    points = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), -1).reshape(-1, 3) + cameras[0].centre
+    pixels = np.zeros((0, len(points)), np.int64)
+    for camera, picture in zip(cameras, wanted, strict=True):
+        right, up, depth = camera.axes @ (points - np.asarray(camera.centre)).T / width
+        zoom = 1.0 if camera.projection == "orthographic" else PERSPECTIVE_DISTANCE / (PERSPECTIVE_DISTANCE + depth)
+        column, row = (np.floor((0.5 + s * zoom) * size).astype(int) for s in (right, -up))
+        seen = (column >= 0) & (column < size) & (row >= 0) & (row < size)
+        seen[seen] = picture[row[seen], column[seen]]
+        points, pixels = points[seen], np.vstack([pixels[:, seen], (row * size + column)[seen]])
+    return points, pixels
+
+
+def _arrays(cameras: Sequence[Camera]) -> tuple[np.ndarray, ...]:
+    """Views for the compiled loops, see `kernels_covering`."""
+    distance = [PERSPECTIVE_DISTANCE * c.width if c.projection == "perspective" else 0.0 for c in cameras]
+    axes, centre = np.stack([c.axes for c in cameras]), np.array([c.centre for c in cameras], float)
+    return axes, centre, np.array([c.width for c in cameras]), np.array(distance)
