@@ -78,9 +78,7 @@ def _parser() -> _Parser:
     assemble.set_defaults(run=commands.assemble)
 
     art = added.add_parser("art", help="heap objects up so that each side shows another picture")
-    art.add_argument(
-        "objects", nargs="+", metavar="OBJECTS", help="mesh files or folders of them, used as often as needed"
-    )
+    art.add_argument("objects", nargs="+", metavar="OBJECTS", help="mesh files or folders of them, to be repeated")
     shown = art.add_mutually_exclusive_group(required=True)
     shown.add_argument("--targets", nargs="+", metavar="PNG", help="two to four pictures, one for each view")
     shown.add_argument("--text", nargs="+", metavar="WORD", help="as long as each other: a heap for each place in them")

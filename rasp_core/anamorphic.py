@@ -55,8 +55,8 @@ ALIKE = 0.95  # intersection over union of the ceiling under which pictures are 
 class Art:
     """A heap and its pictures.
 
-    arrangement, certificate : objects in a cube, the viewing volume. pictures `(K, H, H)` bool: what was asked for; hull
-    `(K, H, H)` bool: the silhouettes of the pictures' visual hull. rounds : likeness and objects at each width tried.
+    arrangement, certificate : objects in a cube, the viewing volume. pictures `(K, H, H)` bool: what was asked for;
+    hull `(K, H, H)` bool: the silhouettes of the pictures' visual hull. rounds : likeness and objects at each width tried.
     """
 
     arrangement: Arrangement
@@ -141,7 +141,7 @@ def sculpt(
     if not pool:
         raise InputError("there is nothing to arrange; give at least one object")
     began, pictures = time.monotonic(), np.asarray(pictures, bool)
-    cameras = [Camera(c.azimuth_deg, c.elevation_deg, 1.0, projection=c.projection) for c in cameras]
+    cameras = [replace(camera, width=1.0) for camera in cameras]
     hull = ceiling(pictures, cameras)
     covering, best, rounds = Covering(pool, cameras, hull, seed), None, []
     diameter = 2 * float(np.mean([body.radius for body in pool]))

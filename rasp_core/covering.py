@@ -8,6 +8,7 @@ that touches nothing is taken. What the silhouettes cost keeps bodies in the hul
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 import torch
@@ -51,16 +52,14 @@ class Covering:
             (samples.points.numpy(), np.append(samples.start.numpy(), len(samples.points))),
             np.array([body.radius for body in pool]),
         )
-        self._at_width_1 = [Camera(c.azimuth_deg, c.elevation_deg, 1.0, projection=c.projection) for c in cameras]
+        self._at_width_1 = [replace(camera, width=1.0) for camera in cameras]
         self._points, self._pixels = hull_points(self.wanted, self._at_width_1)
         self.begin(1.0)
 
     def begin(self, width: float) -> None:
         """Take all objects away, and set the views' width, metres."""
         self.random = np.random.default_rng([5, self._seed])
-        self.cameras = [
-            Camera(c.azimuth_deg, c.elevation_deg, width, projection=c.projection) for c in self._at_width_1
-        ]
+        self.cameras = [replace(camera, width=width) for camera in self._at_width_1]
         self.chosen, self.rotation, self.place = [], np.zeros((0, 3, 3)), np.zeros((0, 3))
         self.dark = np.zeros_like(self.wanted)
 
@@ -84,15 +83,6 @@ class Covering:
         self.chosen = list(chosen)
         self.rotation, self.place = start.rotation.double().numpy(), start.translation.double().numpy()
         self.dark = self._drawn(self.chosen, self.rotation, self.place)
-
-    def contributions(self) -> np.ndarray:
-        """`(N,)`: pixels, those wanted less the others, that each object alone makes dark."""
-        each = [
-            self._drawn([i], r[None], t[None]) for i, r, t in zip(self.chosen, self.rotation, self.place, strict=True)
-        ]
-        layers = np.sum(each, 0, dtype=np.int32)
-        alone = np.where(layers == 1, np.where(self.wanted, 1, -1), 0)
-        return np.array([int(alone[image].sum()) for image in each])
 
     def fill(self, count: int, least: float, ends: Callable[[], bool] = lambda: False) -> int:
         """Put up to `count` objects more, while one gains `least` pixels and `ends` is false; returns how many."""

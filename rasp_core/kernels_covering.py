@@ -40,15 +40,15 @@ def gain(worth, views, profiles, which, place):
         cell = 2 * radius[which] * zoom / rows  # pixels
         top, left = v - rows / 2 * cell, u - rows / 2 * cell
         for row in range(max(0, int(top)), min(size, int(top + rows * cell) + 1)):
-            at = int(math.floor((row + 0.5 - top) / cell))
+            at = math.floor((row + 0.5 - top) / cell)
             if at < 0 or at >= rows:
                 continue
             for run in range(runs.shape[3]):
                 first, last = runs[which, k, at, run]
                 if first == last:
                     break
-                begin = min(max(int(math.floor(left + first * cell + 0.5)), 0), size)
-                end = min(max(int(math.floor(left + last * cell + 0.5)), 0), size)
+                begin = min(max(math.floor(left + first * cell + 0.5), 0), size)
+                end = min(max(math.floor(left + last * cell + 0.5), 0), size)
                 total += worth[k, row, end] - worth[k, row, begin]
     return total
 

@@ -1,4 +1,4 @@
-"""Silhouettes of single bodies in many turns, as runs along the rows of small images, for searches that count pixels."""
+"""Silhouettes of single bodies in many turns, as runs along the rows of small images: for counting pixels."""
 
 from __future__ import annotations
 
