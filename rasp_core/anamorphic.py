@@ -56,7 +56,7 @@ class Art:
     """A heap and its pictures.
 
     arrangement, certificate : objects in a cube, the viewing volume. pictures `(K, H, H)` bool: what was asked for;
-    hull `(K, H, H)` bool: the silhouettes of the pictures' visual hull. rounds : likeness and objects at each width tried.
+    hull `(K, H, H)` bool: the silhouettes of the pictures' visual hull. rounds : what each width gave.
     """
 
     arrangement: Arrangement

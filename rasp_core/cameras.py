@@ -76,6 +76,13 @@ class Camera:
         origins = np.broadcast_to(self.eye[:3], plane.shape).copy()
         return origins, directions / np.linalg.norm(directions, axis=-1, keepdims=True)
 
+    def pixels(self, points: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]:
+        """Row and column, both `(M,)` int64, of the pixels that show world points `(M, 3)`; they may lie beside the
+        image of `size` x `size`."""
+        right, up, depth = self.axes @ (np.asarray(points) - np.asarray(self.centre)).T / self.width
+        zoom = 1.0 if self.projection == "orthographic" else PERSPECTIVE_DISTANCE / (PERSPECTIVE_DISTANCE + depth)
+        return np.floor((0.5 - up * zoom) * size).astype(int), np.floor((0.5 + right * zoom) * size).astype(int)
+
     def to_dict(self) -> dict:
         """The view as plain numbers, as `result.json` lists it."""
         return {**asdict(self), "centre": [float(x) for x in self.centre]}

@@ -131,7 +131,7 @@ def art(options: argparse.Namespace) -> int:
     elevations = options.elevations_deg or [0.0] * len(azimuths)
     if not len(shown) == len(azimuths) == len(elevations):
         raise InputError(
-            f"each of {len(shown)} pictures needs an azimuth and an elevation, got {len(azimuths)} and {len(elevations)}"
+            f"each of {len(shown)} pictures needs an azimuth and an elevation, got {len(azimuths)}, {len(elevations)}"
         )
     angles = zip(azimuths, elevations, strict=True)
     cameras = [Camera(*pair, options.width or 1.0, projection=options.projection) for pair in angles]

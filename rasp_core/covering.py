@@ -45,7 +45,7 @@ class Covering:
         self._kernels = kernels_covering
         self.pool, self.wanted = list(pool), np.asarray(wanted, bool)
         self._seed, self.size = seed, self.wanted.shape[-1]
-        self._profiles = Profiles.of(pool, cameras, TURNS, seed)
+        self.profiles = Profiles.of(pool, cameras, TURNS, seed)
         samples = surface_samples(pool)
         self._solids = (
             GridStack.of_bodies(pool).arrays,
@@ -87,48 +87,54 @@ class Covering:
     def fill(self, count: int, least: float, ends: Callable[[], bool] = lambda: False) -> int:
         """Put up to `count` objects more, while one gains `least` pixels and `ends` is false; returns how many."""
         for done in range(count):
-            if ends() or not any(self._put(least) for _ in range(ATTEMPTS)):
+            if ends() or not any(self._put_where_open(least) for _ in range(ATTEMPTS)):
                 return done
         return count
 
-    def _put(self, least: float) -> bool:
-        profiles = self._profiles
+    def put(self, places: np.ndarray, worth: np.ndarray, least: float, veil: tuple | None = None) -> bool:
+        """Put one object at the best of `places` `(M, 3)`, in a random turn each, and of what is near them.
+
+        worth `(K, H, H)`: of each pixel that it covers. veil : (hidden, depth, shared), see `kernels_covering`. Returns
+        False where no free place gains `least`.
+        """
+        profiles, margin, pixel = self.profiles, MARGIN * self.width, self.width / self.size
+        bounds = np.array([[-0.5] * 3, [0.5] * 3]) * self.width
+        sums = np.concatenate([np.zeros((*worth.shape[:2], 1)), worth.cumsum(2)], 2)
         arrays = profiles.runs, profiles.rotation, profiles.reach, profiles.radius
-        bounds, pixel = np.array([[-0.5] * 3, [0.5] * 3]) * self.width, self.width / self.size
-        open_ = (self.wanted & ~self.dark).reshape(len(self.wanted), -1)
-        weight = np.sum([row[at] for row, at in zip(open_, self._pixels, strict=True)], 0) ** 2.0
-        if not weight.any():
-            return False
-        worth = np.where(self.dark, 0.0, np.where(self.wanted, 1.0, -1.0))
-        worth = np.concatenate([np.zeros((*worth.shape[:2], 1)), worth.cumsum(2)], 2)
-        drawn = np.searchsorted(weight.cumsum(), self.random.random(DRAWN) * weight.sum(), side="right")
-        places = self._points[drawn] * self.width
-        which, found = self.random.integers(len(profiles.runs), size=DRAWN), np.empty(DRAWN)
-        scene = worth, _arrays(self.cameras), arrays, bounds
-        self._kernels.gains(*scene, which, places, found)
-        placed, margin = (np.array(self.chosen, np.int64), self.rotation, self.place), MARGIN * self.width
+        scene = _arrays(self.cameras), arrays, sums, veil or (np.zeros((0, 0, 0)),) * 3
+        which, found = self.random.integers(len(profiles.runs), size=len(places)), np.empty(len(places))
+        self._kernels.gains(scene, bounds, which, places, found)
+        placed = np.array(self.chosen, np.int64), self.rotation, self.place
         best, climbed = (least, 0, None), 0
         for m in np.argsort(-found):
             body, turn, place = which[m] // profiles.turns, profiles.rotation[which[m]], places[m].copy()
             if climbed == CLIMBED or not np.isfinite(found[m]):
                 break
-            if not self._kernels.free(self._solids, placed, body, turn, place, margin):
-                continue
-            steps, climbed = (step * pixel for step in STEPS), climbed + 1
-            index, value = self._kernels.climb(
-                *scene, self._solids, placed, margin, profiles.turns, which[m], place, *steps
-            )
-            if value >= best[0]:
-                best = value, index, place
+            if self._kernels.free(self._solids, placed, body, turn, place, margin):
+                steps, climbed = (step * pixel for step in STEPS), climbed + 1
+                solids = bounds, self._solids, placed, margin
+                index, value = self._kernels.climb(scene, *solids, profiles.turns, which[m], place, *steps)
+                best = (value, index, place) if value >= best[0] else best
         _, index, place = best
         if place is None:
             return False
-        body, turn = index // profiles.turns, profiles.rotation[index]
+        self._add(index // profiles.turns, profiles.rotation[index], place)
+        return True
+
+    def _put_where_open(self, least: float) -> bool:
+        open_ = (self.wanted & ~self.dark).reshape(len(self.wanted), -1)
+        weight = np.sum([row[at] for row, at in zip(open_, self._pixels, strict=True)], 0) ** 2.0
+        if not weight.any():
+            return False
+        drawn = np.searchsorted(weight.cumsum(), self.random.random(DRAWN) * weight.sum(), side="right")
+        worth = np.where(self.dark, 0.0, np.where(self.wanted, 1.0, -1.0))
+        return self.put(self._points[drawn] * self.width, worth, least)
+
+    def _add(self, body: int, turn: np.ndarray, place: np.ndarray) -> None:
         self.chosen.append(int(body))
         self.rotation = np.concatenate([self.rotation, turn[None]])
         self.place = np.concatenate([self.place, place[None]])
         self.dark |= self._drawn([body], turn[None], place[None])
-        return True
 
     def _drawn(self, chosen: Sequence[int], rotation: np.ndarray, place: np.ndarray) -> np.ndarray:
         """Hard silhouettes `(K, H, H)` bool."""
@@ -141,14 +147,11 @@ class Covering:
 def hull_points(wanted: np.ndarray, cameras: Sequence[Camera]) -> tuple[np.ndarray, np.ndarray]:
     """Points `(M, 3)` of a lattice in the viewing volume that are dark in all pictures `(K, H, H)` bool, and the number
     of the pixel that shows each of them, `(K, M)`, row by row."""
-    width, size = cameras[0].width, wanted.shape[-1]
-    steps = ((np.arange(DEPTHS) + 0.5) / DEPTHS - 0.5) * width
+    size, steps = wanted.shape[-1], ((np.arange(DEPTHS) + 0.5) / DEPTHS - 0.5) * cameras[0].width
     points = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), -1).reshape(-1, 3) + cameras[0].centre
     pixels = np.zeros((0, len(points)), np.int64)
     for camera, picture in zip(cameras, wanted, strict=True):
-        right, up, depth = camera.axes @ (points - np.asarray(camera.centre)).T / width
-        zoom = 1.0 if camera.projection == "orthographic" else PERSPECTIVE_DISTANCE / (PERSPECTIVE_DISTANCE + depth)
-        column, row = (np.floor((0.5 + s * zoom) * size).astype(int) for s in (right, -up))
+        row, column = camera.pixels(points, size)
         seen = (column >= 0) & (column < size) & (row >= 0) & (row < size)
         seen[seen] = picture[row[seen], column[seen]]
         points, pixels = points[seen], np.vstack([pixels[:, seen], (row * size + column)[seen]])

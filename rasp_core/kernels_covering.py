@@ -1,8 +1,11 @@
-"""Pixels that a body's silhouette would gain at a place, and whether it is free there; compiled by numba at first use.
+"""What a body's silhouettes would gain at a place, and whether it is free there; compiled by numba at first use.
 
-`views` is (axes `(K, 3, 3)`, centre `(K, 3)`, width `(K,)`, distance `(K,)` of the eye, 0 where it is at infinity).
-`profiles` is (runs, rotation, reach, radius) as `profiles.Profiles` has them. `worth` `(K, H, H + 1)` holds each row's
-running sum of what its pixels are worth.
+A scene is (views, profiles, worth, veil).
+views : (axes `(K, 3, 3)`, centre `(K, 3)`, width `(K,)`, distance `(K,)` of the eye, 0 where it is at infinity).
+profiles : (runs, rotation, reach, radius), see `profiles.Profiles`. worth `(K, H, H + 1)`: each row's running sum of
+what covering its pixels is worth. veil : (hidden `(K, H, H)`, depth `(K, H, H)`, shared `(L, K, K)`), or arrays of length
+0: what hiding each pixel's sight is worth; how far along the middle ray it lies; and what it costs, for each square
+metre's pixels, that two views see all of a profile.
 """
 
 from __future__ import annotations
@@ -30,15 +33,20 @@ def _project(views, k, x, y, z, size):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def gain(worth, views, profiles, which, place):
-    """What the pixels of profile `which` at `place` `(3,)` are worth, all views together."""
+def gain(scene, which, place):
+    """What profile `which` at `place` `(3,)` gains, all views together."""
+    views, profiles, worth, (hidden, depth, shared) = scene
     runs, _, _, radius = profiles
-    rows, size = runs.shape[2], worth.shape[1]
-    total = 0.0
-    for k in range(len(worth)):
+    axes, centre = views[0], views[1]
+    rows, size, count = runs.shape[2], worth.shape[1], len(worth)
+    total, seen, zooms = 0.0, np.zeros(count), np.zeros(count)
+    for k in range(count):
         u, v, zoom = _project(views, k, place[0], place[1], place[2], size)
         cell = 2 * radius[which] * zoom / rows  # pixels
         top, left = v - rows / 2 * cell, u - rows / 2 * cell
+        far, area, front = 0.0, 0, 0
+        for a in range(3):
+            far += axes[k, 2, a] * (place[a] - centre[k, a])
         for row in range(max(0, int(top)), min(size, int(top + rows * cell) + 1)):
             at = math.floor((row + 0.5 - top) / cell)
             if at < 0 or at >= rows:
@@ -50,6 +58,18 @@ def gain(worth, views, profiles, which, place):
                 begin = min(max(math.floor(left + first * cell + 0.5), 0), size)
                 end = min(max(math.floor(left + last * cell + 0.5), 0), size)
                 total += worth[k, row, end] - worth[k, row, begin]
+                if len(depth) == 0:
+                    continue
+                area += end - begin
+                for column in range(begin, end):
+                    if far < depth[k, row, column]:
+                        front += 1
+                        total += hidden[k, row, column]
+        seen[k], zooms[k] = front / max(area, 1), zoom
+    if len(depth) > 0:
+        for k in range(count):
+            for other in range(k):
+                total -= shared[which, k, other] * zooms[k] * zooms[other] * seen[k] * seen[other]
     return total
 
 
@@ -64,11 +84,10 @@ def within(bounds, profiles, which, place):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def gains(worth, views, profiles, bounds, which, places, found):
+def gains(scene, bounds, which, places, found):
     """`gain` of profiles `which` `(M,)` at `places` `(M, 3)`, into `found` `(M,)`; -inf outside of the bounds."""
     for m in range(len(which)):
-        inside = within(bounds, profiles, which[m], places[m])
-        found[m] = gain(worth, views, profiles, which[m], places[m]) if inside else -np.inf
+        found[m] = gain(scene, which[m], places[m]) if within(bounds, scene[1], which[m], places[m]) else -np.inf
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -110,13 +129,13 @@ def _touches(grids, samples, own, turn, at, other, other_turn, other_at, margin)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def climb(worth, views, profiles, bounds, solids, placed, margin, turns, which, place, step, least):
+def climb(scene, bounds, solids, placed, margin, turns, which, place, step, least):
     """Move along axes, and turn, while that gains and stays free; steps from `step` halved down to `least` metres.
 
     `place` `(3,)` is changed. solids and placed : see `free`. Returns the profile and its gain.
     """
-    rotation = profiles[1]
-    best = gain(worth, views, profiles, which, place)
+    rotation = scene[1][1]
+    best = gain(scene, which, place)
     trial = place.copy()
     while step >= least:
         better = True
@@ -126,16 +145,16 @@ def climb(worth, views, profiles, bounds, solids, placed, margin, turns, which, 
                 for sign in (-1.0, 1.0):
                     trial[:] = place
                     trial[axis] += sign * step
-                    if not within(bounds, profiles, which, trial):
+                    if not within(bounds, scene[1], which, trial):
                         continue
-                    value = gain(worth, views, profiles, which, trial)
+                    value = gain(scene, which, trial)
                     if value > best + 1e-9 and free(solids, placed, which // turns, rotation[which], trial, margin):
                         best, better = value, True
                         place[:] = trial
         first = which // turns * turns
         for turn in range(first, first + turns):
-            if within(bounds, profiles, turn, place):
-                value = gain(worth, views, profiles, turn, place)
+            if within(bounds, scene[1], turn, place):
+                value = gain(scene, turn, place)
                 if value > best + 1e-9 and free(solids, placed, which // turns, rotation[turn], place, margin):
                     best, which = value, turn
         step /= 2
