@@ -28,6 +28,7 @@ from .packing import progress_bar
 from .pressing import STRICT
 from .problem import Problem, Settings
 from .silhouettes import render, render_at_rest
+from .veiling import veil
 
 WIDTHS = (5.0, 6.0, 7.2, 8.6, 10.4, 12.4, 15.0, 18.0, 21.5, 26.0)  # of the pictures, in mean diameters of the objects
 GOOD = 0.97  # intersection over union with the ceiling, in the worst view, at which a heap is done
@@ -48,6 +49,9 @@ DRAWING = Settings(
     query_points=20_000,
 )
 LARGEST_FAULT = 0.05  # of a body's volume: overlaps that booleans are asked to part
+PAINTED = 12.0  # mean diameters, at least, of pictures that are painted: small objects can hide what views dispute
+DISPUTED = 3e-3  # mean square error, of colours in [0, 1], that a heap may leave to what two views see
+COARSE = 2  # pixels looked at as one where it is decided what hides what
 ALIKE = 0.95  # intersection over union of the ceiling under which pictures are said to disagree
 
 
@@ -131,12 +135,14 @@ def sculpt(
     device="cpu",
     time_limit: float | None = None,
     progress: bool = False,
+    colours: np.ndarray | None = None,
 ) -> Art:
     """A heap of objects of the pool, each as often as is wanted, that shows `pictures` `(K, H, H)` bool to `cameras`.
 
     cameras : about the origin; their width does not count. count : of objects, at most. width : of the pictures in
-    metres, chosen where None. time_limit : seconds after which no further width is begun. Raises InputError as
-    `ceiling` does, for no objects, and where not one finds a place.
+    metres, chosen where None. time_limit : seconds after which no further width is begun. colours `(K, H, H, 3)` in [0,
+    1] : of the pictures, where the heap is to be painted; then objects hide what two views would have to share. Raises
+    InputError as `ceiling` does, for no objects, and where not one finds a place.
     """
     if not pool:
         raise InputError("there is nothing to arrange; give at least one object")
@@ -145,18 +151,22 @@ def sculpt(
     hull = ceiling(pictures, cameras)
     covering, best, rounds = Covering(pool, cameras, hull, seed), None, []
     diameter = 2 * float(np.mean([body.radius for body in pool]))
-    widths = [width] if width is not None else [share * diameter for share in WIDTHS]
+    shares = [share for share in WIDTHS if colours is None or share > PAINTED]
+    widths = [width] if width is not None else [share * diameter for share in shares]
     with progress_bar("art", "width", progress, len(widths)) as bar:
         for edge in widths:
             covering.begin(edge)
             history = _build(covering, count or MOST, seed, device)
-            worst = float(covering.likeness.min())
-            rounds.append({"width": edge, "objects": len(covering.chosen), "likeness": covering.likeness.tolist()})
+            left = 0.0 if colours is None or not covering.chosen else _veil(covering, colours, count or MOST, seed)
+            worst, alike = float(covering.likeness.min()), covering.likeness.tolist()
+            rounds.append({"width": edge, "objects": len(covering.chosen), "likeness": alike, "dispute": left})
             bar.update()
             bar.set_postfix_str(f"{len(covering.chosen)} objects, likeness {worst:.3f}")
-            if covering.chosen and (best is None or worst > best[0]):
-                best = worst, edge, list(covering.chosen), covering.start, history
-            if worst >= GOOD or (time_limit is not None and time.monotonic() - began > time_limit):
+            score = min(worst, GOOD) - left / DISPUTED * (1 - GOOD)
+            if covering.chosen and (best is None or score > best[0]):
+                best = score, edge, list(covering.chosen), covering.start, history
+            done = worst >= GOOD and left <= DISPUTED
+            if done or (time_limit is not None and time.monotonic() - began > time_limit):
                 break
     if best is None:
         raise InputError("not one of the objects could be placed; give smaller ones, or a larger --width")
@@ -185,6 +195,16 @@ def _build(covering: Covering, count: int, seed: int, device) -> list[np.ndarray
         if covering.likeness.min() >= GOOD:
             break
     return history
+
+
+def _veil(covering: Covering, colours: np.ndarray, count: int, seed: int) -> float:
+    """Hide what views dispute behind objects more; returns the mean square error that is left to it."""
+    coarse = Covering(covering.pool, covering.cameras, covering.wanted[:, ::COARSE, ::COARSE], seed)
+    coarse.begin(covering.width)
+    coarse.take(covering.chosen, covering.start)
+    left = veil(coarse, colours[:, ::COARSE, ::COARSE], count - len(coarse.chosen))
+    covering.take(coarse.chosen, coarse.start)
+    return left
 
 
 def _draw_in(covering: Covering, seed: int, device) -> np.ndarray:

@@ -118,7 +118,7 @@ def art(options: argparse.Namespace) -> int:
     """Heap objects up so that each side shows another picture."""
     import numpy as np
 
-    from . import anamorphic, lettering, meshes, pictures, results
+    from . import anamorphic, lettering, meshes, painting, pictures, results
     from .cameras import Camera
     from .scene import resolve_device
 
@@ -136,9 +136,13 @@ def art(options: argparse.Namespace) -> int:
     angles = zip(azimuths, elevations, strict=True)
     cameras = [Camera(*pair, options.width or 1.0, projection=options.projection) for pair in angles]
     folder, device = results.check_writable(options.out), resolve_device(options.device)
+    colours = painted = None
     if options.targets:
-        wanted = {folder: pictures.read_targets(options.targets, options.resolution)[0]}
+        targets, colours = pictures.read_targets(options.targets, options.resolution)
+        wanted = {folder: targets}
     else:
+        if options.paint:
+            raise InputError("letters have no colours; --paint needs pictures, --targets")
         found = lettering.letters(options.text, options.resolution, square=any(elevations))
         places = [folder] if len(found) == 1 else [folder / f"{k + 1}" for k in range(len(found))]
         wanted = dict(zip(places, found, strict=True))
@@ -146,12 +150,20 @@ def art(options: argparse.Namespace) -> int:
     for place, targets in wanted.items():
         began = time.monotonic()
         limits = options.count, options.width, options.seed, device, options.time_limit
-        made = anamorphic.sculpt(pool, targets, cameras, *limits, progress=True)
+        shown = colours if options.paint else None
+        made = anamorphic.sculpt(pool, targets, cameras, *limits, progress=True, colours=shown)
         for line in anamorphic.disagreements(made.pictures, made.hull, cameras):
             print(f"rasp: {line}", file=sys.stderr)
         facts = {"command": "art", **made.to_dict(), "device": str(device), "seconds": time.monotonic() - began}
-        asked = {f"target_{k + 1}.png": np.where(t, 0, 255).astype(np.uint8) for k, t in enumerate(targets)}
-        results.save_run(place, made.shown, made.certificate, facts, images=asked)
+        images = {f"target_{k + 1}.png": np.where(t, 0, 255).astype(np.uint8) for k, t in enumerate(targets)}
+        if options.paint:
+            bodies, run = made.arrangement.problem.bodies, made.arrangement
+            painted = painting.Canvas(bodies, run.matrices, run.cameras, options.resolution).paint(colours)
+            noise, alike = painting.measure(painted, colours)
+            facts |= {"psnr": noise.tolist(), "ssim": alike.tolist()}
+            images["painted.png"] = (255 * np.concatenate(painted.images, 1)).astype(np.uint8)
+            print(f"rasp: painted, PSNR {noise.min():.1f} dB, SSIM {alike.min():.2f} at least", file=sys.stderr)
+        results.save_run(place, made.shown, made.certificate, facts, images=images, painted=painted)
         for line in made.certificate.lines()[:20]:
             print(f"rasp: {line}", file=sys.stderr)
         print(

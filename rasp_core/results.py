@@ -28,6 +28,7 @@ from .certify import Certificate
 from .containers import Container
 from .errors import InputError, MeshError
 from .meshes import Body, make_body
+from .painting import Painted
 
 PACKAGES = ("torch", "numpy", "numba", "trimesh", "manifold3d", "open3d")
 
@@ -56,12 +57,13 @@ def save_run(
     history: np.ndarray | None = None,
     scenes: Mapping[str, np.ndarray] | None = None,
     images: Mapping[str, np.ndarray] | None = None,
+    painted: Painted | None = None,
 ) -> Path:
     """Write a run's folder; each file appears whole or not at all.
 
     facts : further entries of result.json. history : `(I, 5)` losses, the arrangement's own where None.
     scenes : further scenes' file names, and the poses `(N, 4, 4)` that the bodies have in them. images : further
-    pictures' file names, and pixels uint8.
+    pictures' file names, and pixels uint8. painted : the bodies' colours in scene.glb.
     Raises InputError where the folder cannot be written.
     """
     folder = check_writable(folder)
@@ -70,8 +72,10 @@ def save_run(
     folder.mkdir(parents=True, exist_ok=True)
     work = Path(tempfile.mkdtemp(dir=folder, prefix=".part-"))
     try:
-        for name, matrices in {"scene.glb": arrangement.matrices, **(scenes or {})}.items():
-            write_scene(work / name, arrangement.problem.bodies, matrices, arrangement.problem.container)
+        bodies, container = arrangement.problem.bodies, arrangement.problem.container
+        write_scene(work / "scene.glb", bodies, arrangement.matrices, container, painted)
+        for name, matrices in (scenes or {}).items():
+            write_scene(work / name, bodies, matrices, container)
         record = {**describe(arrangement, certificate, history), **facts}
         (work / "result.json").write_text(json.dumps(record, indent=1) + "\n")
         with (work / "history.csv").open("w", newline="") as file:
@@ -125,23 +129,59 @@ def versions() -> dict[str, str]:
     return {"python": platform.python_version(), "machine": platform.machine(), **found}
 
 
-def write_scene(path: str | Path, bodies: Sequence[Body], matrices: np.ndarray, container: Container) -> None:
-    """Write bodies placed by `matrices` `(N, 4, 4)` and the container as a GLB; copies share one geometry."""
+def write_scene(
+    path: str | Path,
+    bodies: Sequence[Body],
+    matrices: np.ndarray,
+    container: Container,
+    painted: Painted | None = None,
+) -> None:
+    """Write bodies placed by `matrices` `(N, 4, 4)` and the container as a GLB.
+
+    Copies of one body share one geometry, but where the bodies are painted: then they share one unlit texture.
+    """
     scene = trimesh.Scene()
-    colours = show.colours(len(bodies))
+    if painted is None:
+        _add_plain(scene, bodies, matrices)
+    else:
+        _add_painted(scene, bodies, matrices, painted)
+    shell = _coloured(container.body.vertices, container.body.faces, [0.6, 0.7, 0.8, 0.15])
+    scene.add_geometry(shell, node_name="container", geom_name="container")
+    Path(path).write_bytes(scene.export(file_type="glb", tree_postprocessor=_unlit if painted else None))
+
+
+def _add_plain(scene: trimesh.Scene, bodies: Sequence[Body], matrices: np.ndarray) -> None:
     geometries: dict[tuple, str] = {}
-    for body, matrix, colour in zip(bodies, matrices, colours, strict=True):
+    for body, matrix, colour in zip(bodies, matrices, show.colours(len(bodies)), strict=True):
         stem = body.name.split("#")[0]
         key = (stem, body.digest)
         if key in geometries:
             scene.graph.update(frame_to=body.name, matrix=matrix, geometry=geometries[key])
             continue
         geometries[key] = body.name
-        mesh = _painted(body.vertices, body.faces, [*colour, 1.0])
+        mesh = _coloured(body.vertices, body.faces, [*colour, 1.0])
         scene.add_geometry(mesh, node_name=body.name, geom_name=body.name, transform=matrix)
-    shell = _painted(container.body.vertices, container.body.faces, [0.6, 0.7, 0.8, 0.15])
-    scene.add_geometry(shell, node_name="container", geom_name="container")
-    Path(path).write_bytes(scene.export(file_type="glb"))
+
+
+def _add_painted(scene: trimesh.Scene, bodies: Sequence[Body], matrices: np.ndarray, painted: Painted) -> None:
+    image = Image.fromarray(painted.atlas.texture(painted.colours))
+    material = trimesh.visual.material.PBRMaterial(baseColorTexture=image, metallicFactor=0.0, roughnessFactor=1.0)
+    for k, (body, matrix) in enumerate(zip(bodies, matrices, strict=True)):
+        own = slice(painted.first[k], painted.first[k + 1])
+        vertices = painted.corners[own].reshape(-1, 3)
+        mesh = trimesh.Trimesh(vertices, np.arange(len(vertices)).reshape(-1, 3), process=False)
+        mesh.visual = trimesh.visual.TextureVisuals(painted.atlas.uv[own].reshape(-1, 2), material=material)
+        scene.add_geometry(mesh, node_name=body.name, geom_name=body.name, transform=matrix)
+
+
+def _unlit(tree: dict) -> None:
+    """Have a GLB's colours shown as they are, without light, and textures without coarser copies of themselves."""
+    for material in tree["materials"]:
+        material["extensions"] = {"KHR_materials_unlit": {}}
+    tree["extensionsUsed"] = ["KHR_materials_unlit"]
+    tree["samplers"] = [{"magFilter": 9729, "minFilter": 9729}]
+    for texture in tree["textures"]:
+        texture["sampler"] = 0
 
 
 def read_scene(path: str | Path) -> tuple[list[Body], Container]:
@@ -174,7 +214,7 @@ def read_scene(path: str | Path) -> tuple[list[Body], Container]:
     return bodies, Container(body)
 
 
-def _painted(vertices: np.ndarray, faces: np.ndarray, rgba: Sequence[float]) -> trimesh.Trimesh:
+def _coloured(vertices: np.ndarray, faces: np.ndarray, rgba: Sequence[float]) -> trimesh.Trimesh:
     material = trimesh.visual.material.PBRMaterial(
         baseColorFactor=list(rgba),
         alphaMode="BLEND" if rgba[3] < 1 else "OPAQUE",

@@ -24,7 +24,8 @@ ORDER = [
     "budget",
     "certify", "density", "packing", "voxels", "baselines", "mending", "pressing", "rasp", "dense", "smallest", "jobs",
     "removal", "physics", "pictures", "hulls", "docking", "jigsaw", "assembly", "accuracy", "profiles",
-    "kernels_covering", "covering", "lettering", "anamorphic", "starts", "ablation", "sweep", "live", "show", "results",
+    "kernels_covering", "covering", "veiling", "lettering", "anamorphic", "atlas", "painting", "starts",
+    "ablation", "sweep", "live", "show", "results",
     "figures", "widgets", "commands", "__main__",
 ]  # fmt: skip
 

@@ -1,0 +1,69 @@
+"""Likeness of heaps of objects to their pictures, and seconds, over pairs of letters, three letters, and pictures.
+
+python tests/benchmarks/art_table.py [--kitchen] [--cases cartoons ...] [--paint]
+
+--kitchen : the real Kitchen objects by registry, instead of objects that the kit makes. Cases that need the authors'
+pictures fetch them by registry. Silhouettes are judged by rays, not by the renderer that drew them.
+"""
+
+import argparse
+import time
+
+import numpy as np
+
+from data_fetch import fetch_kitchen, fetch_targets, kitchen_like
+from rasp_core import anamorphic, lettering, painting, pictures
+from rasp_core.cameras import Camera
+from rasp_core.meshes import load_bodies
+
+SIZE = 512
+CARTOONS = {"cartoons": ((0, 90), (0, 1)), "cartoons 120": ((0, 120), (0, 1)), "three": ((0, 120, 240), (0, 1, 2))}
+LETTERS = ("C2", "V0", "P2", "R5")
+
+
+def case(name):
+    """Directions, dark pixels and colours (None for letters) of a case."""
+    if name in CARTOONS:
+        azimuths, chosen = CARTOONS[name]
+        paths = {path.stem: path for path in fetch_targets()}
+        named = [paths[stem] for stem in ("cartoon1", "cartoon2", "cartoon1f")]
+        return [(a, 0) for a in azimuths], *pictures.read_targets([named[k] for k in chosen], SIZE)
+    directions = [(0, 0), (90, 0), (0, 90)][: len(name)]
+    return directions, lettering.letters(list(name), SIZE, square=len(name) == 3)[0], None
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--kitchen", action="store_true")
+    parser.add_argument(
+        "--cases", nargs="+", default=[*CARTOONS, *LETTERS, "GEB"], choices=[*CARTOONS, *LETTERS, "GEB"]
+    )
+    parser.add_argument("--paint", action="store_true", help="what has colours")
+    options = parser.parse_args()
+    pool = load_bodies(fetch_kitchen()) if options.kitchen else kitchen_like(120)
+    for name in options.cases:
+        directions, dark, colours = case(name)
+        colours = colours if options.paint else None
+        began = time.monotonic()
+        made = anamorphic.sculpt(pool, dark, [Camera(*angles, 1.0) for angles in directions], colours=colours)
+        seconds, run = time.monotonic() - began, made.arrangement
+        canvas = painting.Canvas(run.problem.bodies, run.matrices, run.cameras, SIZE)
+        seen = canvas.project(np.ones((*dark.shape, 3))).seen
+        alike = anamorphic.likeness(seen, made.hull)
+        print(
+            f"{name}: {len(run.problem.bodies)} objects, of the ceiling {' '.join(f'{x:.3f}' for x in alike)}, ceiling "
+            f"{' '.join(f'{x:.3f}' for x in made.ceiling)}, certified {made.certificate.holds}, {seconds:.0f} s",
+            flush=True,
+        )
+        if colours is not None:
+            began = time.monotonic()
+            painted = canvas.paint(colours)
+            took = time.monotonic() - began
+            for way, result in (("painted", painted), ("projected", canvas.project(colours))):
+                noise, similar = painting.measure(result, colours)
+                shown = f"PSNR {' '.join(f'{x:.1f}' for x in noise)} dB, SSIM {' '.join(f'{x:.2f}' for x in similar)}"
+                print(f"  {way}: {shown}" + (f", {took:.0f} s" if result is painted else ""), flush=True)
+
+
+if __name__ == "__main__":
+    main()
