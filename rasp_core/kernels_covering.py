@@ -1,11 +1,11 @@
 """What a body's silhouettes would gain at a place, and whether it is free there; compiled by numba at first use.
 
 A scene is (views, profiles, worth, veil).
-views : (axes `(K, 3, 3)`, centre `(K, 3)`, width `(K,)`, distance `(K,)` of the eye, 0 where it is at infinity). All
-views have one centre and width. profiles : (runs, rotation, reach, radius), see `profiles.Profiles`. worth `(K, H, H + 1)`: each row's running sum of
+views : (axes `(K, 3, 3)`, centre `(K, 3)`, width `(K,)`, distance `(K,)` of the eye, 0 where it is at infinity).
+profiles : (runs, rotation, reach, radius), see `profiles.Profiles`. worth `(K, H, H + 1)`: each row's running sum of
 what covering its pixels is worth. veil : (hidden `(K, H, H)`, depth `(K, H, H)`, shared `(L, K, K)`), or arrays of
-length 0: what hiding each pixel's sight is worth; how far along the middle ray it lies; and what it costs, for each square
-metre's pixels, that two views see all of a profile.
+length 0: what hiding each pixel's sight is worth; how far along the middle ray it lies; and what it costs, for each
+square metre's pixels, that two views see all of a profile.
 """
 
 from __future__ import annotations

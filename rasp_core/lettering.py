@@ -34,9 +34,9 @@ def _letter(letter: str, size: int, square: bool) -> np.ndarray:
     if letter.isspace() or not FT2Font(path).get_char_index(ord(letter)):
         raise InputError(f"the font has no letter {letter!r} (U+{ord(letter):04X}); use another")
     font = ImageFont.truetype(path, 2 * size)
-    left, top, right, bottom = font.getbbox(letter)
-    drawn = Image.new("L", (right - left, bottom - top))
-    ImageDraw.Draw(drawn).text((-left, -top), letter, 255, font=font)
+    drawn = Image.new("L", (4 * size, 4 * size))
+    ImageDraw.Draw(drawn).text((size, size), letter, 255, font=font)
+    drawn = drawn.crop(drawn.getbbox())
     high = round(HEIGHT * size)
     wide = high if square else min(round(high * drawn.width / drawn.height), size)
     image = Image.new("L", (size, size))

@@ -23,7 +23,7 @@ from .errors import InputError
 from .meshes import Body
 
 FINE = 1.6  # pixels between texels
-RAYS = 2  # along a pixel's edge; with one, colours could alternate between what two views happen to hit
+RAYS = 2  # along a pixel's edge; with one, colours alternate between what two views chance to hit
 COARSEST = 40  # steps along a triangle's edge, at most
 SMOOTH = 3e-3  # weight of a difference of neighbours against a pixel's
 SEAM = 2  # neighbours across the triangles' edges that a texel there is tied to
@@ -36,7 +36,7 @@ class Painted:
     """A heap's surfaces and their colours.
 
     corners `(F, 3, 3)`: of the bodies' triangles, body by body, in their files' frames; first `(N + 1,)`: each body's.
-    atlas, colours `(T, 3)` in [0, 1]: their texture. images `(K, H, H, 3)`: what the views see, white where nothing; seen
+    atlas, colours `(T, 3)` in [0, 1]: their texture. images `(K, H, H, 3)`: what the views see, else white; seen
     `(K, H, H)` bool: where something.
     """
 

@@ -20,7 +20,7 @@ LEAST = 2e-5  # of a picture's dark pixels: the dispute that an object must end,
 GAP, SPILL = 0.1, -0.3  # what a pixel that becomes dark is worth, where that is wanted and where it is not
 REACH = 4.0  # mean radii: how far before a surface objects are tried
 SPREAD = 0.4  # mean radii: the scatter of their places
-NEAR = 0.01  # of the width: how far two views' sights may lie apart that are one
+SKIN = 1e-3  # of the width: how far before a surface it is asked whether another view sees it
 
 
 def veil(covering: Covering, colours: np.ndarray, count: int, ends: Callable[[], bool] = lambda: False) -> float:
@@ -64,11 +64,13 @@ class _Sights:
             points = self.points[k][seen]
             for other, camera in enumerate(cameras):
                 if other != k:
-                    row, column = camera.pixels(points, size)
-                    row, column = row.clip(0, size - 1), column.clip(0, size - 1)
-                    apart = np.abs(points @ camera.axes[2] - self.depth[other, row, column])
+                    row, column = (x.clip(0, size - 1) for x in camera.pixels(points, size))
+                    back = camera.eye[:3] - camera.eye[3] * points
+                    rays = np.concatenate([points, back / np.linalg.norm(back, axis=1, keepdims=True)], 1)
+                    lines = open3d.core.Tensor(rays.astype(np.float32))
+                    free = ~caster.test_occlusions(lines, tnear=SKIN * camera.width).numpy()
                     gap = ((colours[k][seen] - colours[other, row, column]) ** 2).mean(-1)
-                    self.dispute[k][seen] += np.where(apart < NEAR * camera.width, gap / 4, 0)
+                    self.dispute[k][seen] += np.where(free, gap / 4, 0)
         self.left = float((self.dispute.sum((1, 2)) / np.isfinite(self.depth).sum((1, 2)).clip(1)).max())
 
 

@@ -1,7 +1,12 @@
 """Slow, naive or foreign versions of what the kit computes, for tests to compare with."""
 
+import string
+import subprocess
+import tempfile
+
 import numpy as np
 import torch
+from PIL import Image
 
 from rasp_core import poses
 
@@ -56,3 +61,16 @@ def numeric_force(loss, turns, translation, step=1e-8):
     """The same by central differences."""
     both = torch.cat([turns, translation], 1)
     return central_differences(lambda b: loss(poses.angles_to_rotation(b[:, :3]), b[:, 3:]), both, step)
+
+
+def read_letters(images) -> str:
+    """What Tesseract reads in silhouettes `(H, W)` bool set beside each other, 64 pixels high on white."""
+    used = [image[:, image.any(0)] for image in images]
+    line = np.concatenate([np.pad(image, ((0, 0), (image.shape[0] // 12,) * 2)) for image in used], 1)
+    picture = Image.fromarray(np.where(line, 0, 255).astype(np.uint8))
+    picture = picture.resize((64 * line.shape[1] // line.shape[0], 64), Image.Resampling.LANCZOS)
+    with tempfile.NamedTemporaryFile(suffix=".png") as file:
+        picture.save(file.name)
+        letters = f"tessedit_char_whitelist={string.ascii_uppercase}{string.digits}"
+        command = ["tesseract", file.name, "-", "--psm", "8", "-c", letters]
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()

@@ -7,7 +7,10 @@ pictures fetch them by registry. Silhouettes are judged by rays, not by the rend
 """
 
 import argparse
+import shutil
+import sys
 import time
+from pathlib import Path
 
 import numpy as np
 
@@ -15,6 +18,9 @@ from data_fetch import fetch_kitchen, fetch_targets, kitchen_like
 from rasp_core import anamorphic, lettering, painting, pictures
 from rasp_core.cameras import Camera
 from rasp_core.meshes import load_bodies
+
+sys.path.insert(0, str(Path(__file__).parent.parent))
+from oracles import read_letters
 
 SIZE = 512
 CARTOONS = {"cartoons": ((0, 90), (0, 1)), "cartoons 120": ((0, 120), (0, 1)), "three": ((0, 120, 240), (0, 1, 2))}
@@ -41,6 +47,7 @@ def main():
     parser.add_argument("--paint", action="store_true", help="what has colours")
     options = parser.parse_args()
     pool = load_bodies(fetch_kitchen()) if options.kitchen else kitchen_like(120)
+    read = {}
     for name in options.cases:
         directions, dark, colours = case(name)
         colours = colours if options.paint else None
@@ -49,7 +56,7 @@ def main():
         seconds, run = time.monotonic() - began, made.arrangement
         canvas = painting.Canvas(run.problem.bodies, run.matrices, run.cameras, SIZE)
         seen = canvas.project(np.ones((*dark.shape, 3))).seen
-        alike = anamorphic.likeness(seen, made.hull)
+        read[name], alike = seen, anamorphic.likeness(seen, made.hull)
         print(
             f"{name}: {len(run.problem.bodies)} objects, of the ceiling {' '.join(f'{x:.3f}' for x in alike)}, ceiling "
             f"{' '.join(f'{x:.3f}' for x in made.ceiling)}, certified {made.certificate.holds}, {seconds:.0f} s",
@@ -63,6 +70,9 @@ def main():
                 noise, similar = painting.measure(result, colours)
                 shown = f"PSNR {' '.join(f'{x:.1f}' for x in noise)} dB, SSIM {' '.join(f'{x:.2f}' for x in similar)}"
                 print(f"  {way}: {shown}" + (f", {took:.0f} s" if result is painted else ""), flush=True)
+    if set(LETTERS) <= set(read) and shutil.which("tesseract"):
+        lines = [read_letters([read[name][k] for name in LETTERS]) for k in range(2)]
+        print(f"Tesseract reads {lines[0]!r} and {lines[1]!r}")
 
 
 if __name__ == "__main__":
