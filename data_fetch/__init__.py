@@ -1,5 +1,6 @@
 """Data sets: the real ones by registry and hash, and procedural ones that need no network."""
 
+from .drawn import portraits, shapes
 from .fetchers import (
     fetch,
     fetch_blockout,
@@ -28,8 +29,10 @@ __all__ = [
     "fracture",
     "kitchen_like",
     "polycubes",
+    "portraits",
     "reconstruct",
     "scatter",
+    "shapes",
     "torus",
     "vessels",
 ]

@@ -25,7 +25,7 @@ from .meshes import Body
 FINE = 1.6  # pixels between texels
 RAYS = 2  # along a pixel's edge; with one, colours alternate between what two views chance to hit
 COARSEST = 40  # steps along a triangle's edge, at most
-SMOOTH = 3e-3  # weight of a difference of neighbours against a pixel's
+SMOOTH = 3e-2  # weight of a difference of neighbours against a pixel's
 SEAM = 2  # neighbours across the triangles' edges that a texel there is tied to
 TOLERANCE, ITERATIONS = 1e-3, 300  # of the conjugate gradients
 GREY = 0.5  # to begin with

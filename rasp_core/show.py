@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 
     from .arrange import Arrangement
     from .containers import Container
+    from .painting import Painted
 
 GOLDEN = 0.618033988749895
 
@@ -50,7 +52,8 @@ class Stage:
     matrices `(N, 4, 4)` place the bodies' files in the world; the camera takes in what they span, or the container.
     hues `(N, 3)` or `(N, 4)`: the bodies' colours, RGB and opacity in [0, 1]; None for `colours`. azimuth and elevation
     name the direction of looking, as in `cameras`. shadows : views and silhouettes `(H, W)` in [0, 1], each thrown
-    on a wall behind the bodies as that view sees them.
+    on a wall behind the bodies as that view sees them. painted : the bodies' own colours instead of hues, unlit; they
+    stay where `matrices` place them. lamps : a lamp for each shadow, as in an installation.
     """
 
     def __init__(
@@ -63,25 +66,19 @@ class Stage:
         elevation_deg: float = 22.0,
         hues: np.ndarray | None = None,
         shadows: Sequence[tuple[Camera, np.ndarray]] = (),
+        painted: Painted | None = None,
+        lamps: bool = False,
     ):
         pyvista = _load_pyvista()
         self._plotter = plotter = pyvista.Plotter(off_screen=True, window_size=list(size), lighting="light kit")
         plotter.set_background("white")
         hues = colours(len(bodies)) if hues is None else hues
         self._actors = []
-        for body, matrix, colour in zip(bodies, matrices, hues, strict=True):
-            surface = pyvista.PolyData.from_regular_faces(body.placed(np.eye(4)), body.solid_faces)
-            actor = plotter.add_mesh(
-                surface,
-                color=tuple(colour[:3]),
-                opacity=float([*colour, 1.0][3]),
-                smooth_shading=True,
-                split_sharp_edges=True,
-                feature_angle=30,
-                specular=0.15,
-                user_matrix=matrix,
-            )
-            self._actors.append(actor)
+        if painted is not None:
+            _add_painted(plotter, painted, matrices)
+        else:
+            poses = zip(bodies, matrices, hues, strict=True)
+            self._actors = [_add_body(plotter, *one) for one in poses]
         if container is not None:
             hull = container.body
             shell = pyvista.PolyData.from_regular_faces(hull.solid_vertices + hull.centre, hull.solid_faces)
@@ -91,17 +88,32 @@ class Stage:
                 plotter.add_mesh(shell.extract_feature_edges(30), color="#3a4a5a", line_width=2)
         for view, image in shadows:
             _add_wall(plotter, view, image)
+            if lamps:
+                before = np.asarray(view.centre) - 1.2 * view.width * view.axes[2]
+                lamp = pyvista.Sphere(radius=0.03 * view.width, center=before)
+                plotter.add_mesh(lamp, color="#ffd34d", lighting=False)
         drawn = np.array(plotter.bounds).reshape(3, 2).T
-        bounds = drawn if container is None or shadows else container.bounds
-        centre = bounds.mean(0)
-        reach = float(np.linalg.norm(np.ptp(bounds, axis=0)))
-        forward = Camera(azimuth_deg, elevation_deg, reach).axes[2]
-        plotter.camera_position = [centre - 1.9 * reach * forward, centre, (0, 0, 1)]
+        self._bounds = drawn if container is None or shadows else container.bounds
+        self.look(azimuth_deg, elevation_deg)
         plotter.enable_anti_aliasing("ssaa")
+
+    def look(self, azimuth_deg: float, elevation_deg: float) -> None:
+        """Look from another side."""
+        centre, reach = self._bounds.mean(0), float(np.linalg.norm(np.ptp(self._bounds, axis=0)))
+        forward = Camera(azimuth_deg, elevation_deg, reach).axes[2]
+        self._plotter.camera_position = [centre - 1.9 * reach * forward, centre, (0, 0, 1)]
+
+    def turntable(self, matrices: np.ndarray, frames: int = 36, elevation_deg: float = 12.0) -> list[np.ndarray]:
+        """Pictures from all around, in equal steps of azimuth from 0."""
+        pictures = []
+        for frame in range(frames):
+            self.look(360.0 * frame / frames, elevation_deg)
+            pictures.append(self.picture(matrices))
+        return pictures
 
     def picture(self, matrices: np.ndarray) -> np.ndarray:
         """The bodies at other poses `(N, 4, 4)`: an RGB image `(H, W, 3)` uint8."""
-        for actor, matrix in zip(self._actors, matrices, strict=True):
+        for actor, matrix in zip(self._actors, matrices, strict=bool(self._actors)):
             actor.user_matrix = matrix
         self._plotter.render()
         return self._plotter.screenshot(return_img=True)
@@ -134,6 +146,41 @@ def _load_pyvista():
     import pyvista
 
     return pyvista
+
+
+def save_gif(path: str | Path, pictures: Sequence[np.ndarray], seconds: float = 4.0) -> None:
+    """Pictures `(H, W, 3)` uint8 as an endless film of `seconds`."""
+    from PIL import Image
+
+    first, *rest = (Image.fromarray(picture).quantize(128) for picture in pictures)
+    duration = round(1000 * seconds / len(pictures))
+    first.save(path, format="GIF", save_all=True, append_images=rest, duration=duration, loop=0)
+
+
+def _add_painted(plotter, painted: Painted, matrices: np.ndarray) -> None:
+    pyvista = _load_pyvista()
+    turns = np.repeat(matrices, np.diff(painted.first), axis=0)
+    corners = np.einsum("fij,fcj->fci", turns[:, :3, :3], painted.corners) + turns[:, None, :3, 3]
+    faces = np.arange(3 * len(corners)).reshape(-1, 3)
+    surface = pyvista.PolyData.from_regular_faces(corners.reshape(-1, 3), faces)
+    surface.active_texture_coordinates = painted.atlas.uv.reshape(-1, 2)
+    texture = pyvista.numpy_to_texture(painted.atlas.texture(painted.colours))
+    plotter.add_mesh(surface, texture=texture, lighting=False)
+
+
+def _add_body(plotter, body: Body, matrix: np.ndarray, colour: np.ndarray):
+    pyvista = _load_pyvista()
+    surface = pyvista.PolyData.from_regular_faces(body.placed(np.eye(4)), body.solid_faces)
+    return plotter.add_mesh(
+        surface,
+        color=tuple(colour[:3]),
+        opacity=float([*colour, 1.0][3]),
+        smooth_shading=True,
+        split_sharp_edges=True,
+        feature_angle=30,
+        specular=0.15,
+        user_matrix=matrix,
+    )
 
 
 def _add_wall(plotter, view: Camera, image: np.ndarray) -> None:
