@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .arrange import LOSS_NAMES, Arrangement, arrange
+from .arrange import LOSS_NAMES, Arrangement, arrange, file_to_world
 from .cameras import Camera
 from .certify import TOLERANCE, Certificate, certify
 from .containers import box
@@ -158,6 +158,7 @@ def sculpt(
             covering.begin(edge)
             history = _build(covering, count or MOST, seed, device)
             left = 0.0 if colours is None or not covering.chosen else _veil(covering, colours, count or MOST, seed)
+            _free(covering)
             worst, alike = float(covering.likeness.min()), covering.likeness.tolist()
             rounds.append({"width": edge, "objects": len(covering.chosen), "likeness": alike, "dispute": left})
             bar.update()
@@ -205,6 +206,25 @@ def _veil(covering: Covering, colours: np.ndarray, count: int, seed: int) -> flo
     left = veil(coarse, colours[:, ::COARSE, ::COARSE], count - len(coarse.chosen))
     covering.take(coarse.chosen, coarse.start)
     return left
+
+
+def _free(covering: Covering) -> None:
+    """Part by exact booleans what overlaps between the samples of `covering`; what cannot be parted is taken out."""
+    room = box([covering.width] * 3)
+    while covering.chosen:
+        bodies = unique_names([covering.pool[i] for i in covering.chosen])
+        start = covering.start
+        matrices = file_to_world(bodies, start.rotation, start.translation)
+        certificate = certify(bodies, matrices, room, STRICT * TOLERANCE)
+        if certificate.holds:
+            return
+        mended = mend(bodies, start, room, STRICT * TOLERANCE, LARGEST_FAULT)
+        if mended is not None:
+            covering.take(covering.chosen, mended)
+            return
+        faulty = {fault.second for fault in certificate.overlaps} | {fault.body for fault in certificate.protrusions}
+        keep = [k for k, body in enumerate(bodies) if body.name not in faulty]
+        covering.take([covering.chosen[k] for k in keep], start.take(keep))
 
 
 def _draw_in(covering: Covering, seed: int, device) -> np.ndarray:

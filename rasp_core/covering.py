@@ -24,7 +24,7 @@ from .silhouettes import mask
 
 TURNS = 32  # of each object
 DRAWN = 3000  # places looked at for each object that is put
-CLIMBED = 12  # of them, the best, that climb
+CLIMBED = 8  # of them, the best, that climb
 ATTEMPTS = 8  # drawings before it is taken that nothing can be put
 STEPS = (8.0, 0.5)  # pixels: the first and the last step of a climb
 DEPTHS = 128  # points along an edge of the viewing volume that may lie in the hull

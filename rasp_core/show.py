@@ -53,7 +53,8 @@ class Stage:
     hues `(N, 3)` or `(N, 4)`: the bodies' colours, RGB and opacity in [0, 1]; None for `colours`. azimuth and elevation
     name the direction of looking, as in `cameras`. shadows : views and silhouettes `(H, W)` in [0, 1], each thrown
     on a wall behind the bodies as that view sees them. painted : the bodies' own colours instead of hues, unlit; they
-    stay where `matrices` place them. lamps : a lamp for each shadow, as in an installation.
+    stay where `matrices` place them. lamps : a lamp for each shadow, as in an installation. parallel : as
+    orthographic views see it.
     """
 
     def __init__(
@@ -68,6 +69,7 @@ class Stage:
         shadows: Sequence[tuple[Camera, np.ndarray]] = (),
         painted: Painted | None = None,
         lamps: bool = False,
+        parallel: bool = False,
     ):
         pyvista = _load_pyvista()
         self._plotter = plotter = pyvista.Plotter(off_screen=True, window_size=list(size), lighting="light kit")
@@ -95,6 +97,8 @@ class Stage:
         drawn = np.array(plotter.bounds).reshape(3, 2).T
         self._bounds = drawn if container is None or shadows else container.bounds
         self.look(azimuth_deg, elevation_deg)
+        if parallel:
+            plotter.enable_parallel_projection()
         plotter.enable_anti_aliasing("ssaa")
 
     def look(self, azimuth_deg: float, elevation_deg: float) -> None:
@@ -102,6 +106,7 @@ class Stage:
         centre, reach = self._bounds.mean(0), float(np.linalg.norm(np.ptp(self._bounds, axis=0)))
         forward = Camera(azimuth_deg, elevation_deg, reach).axes[2]
         self._plotter.camera_position = [centre - 1.9 * reach * forward, centre, (0, 0, 1)]
+        self._plotter.camera.parallel_scale = reach / 2
 
     def turntable(self, matrices: np.ndarray, frames: int = 36, elevation_deg: float = 12.0) -> list[np.ndarray]:
         """Pictures from all around, in equal steps of azimuth from 0."""

@@ -5,6 +5,7 @@ import shutil
 
 import numpy as np
 import pytest
+import torch
 import trimesh
 from oracles import cast_mask, read_letters
 from PIL import Image
@@ -12,10 +13,15 @@ from PIL import Image
 from data_fetch import kitchen_like
 from rasp_core import anamorphic
 from rasp_core.__main__ import main
+from rasp_core.arrange import file_to_world
 from rasp_core.cameras import Camera
 from rasp_core.certify import certify
+from rasp_core.containers import box
+from rasp_core.covering import Covering
 from rasp_core.errors import InputError
 from rasp_core.lettering import letters
+from rasp_core.meshes import make_body, unique_names
+from rasp_core.problem import Start
 from rasp_core.results import read_scene
 
 SIDES = [Camera(0, 0, 1.0), Camera(90, 0, 1.0)]
@@ -142,3 +148,16 @@ def test_the_command_refuses_in_one_line(squares, monkeypatch, capsys, arguments
     assert len(printed) == 1
     assert message in printed[0]
     assert not (squares / "run").exists()
+
+
+@pytest.mark.parametrize(("apart", "left"), [(0.02, 1), (0.1995, 2), (0.3, 2)])
+def test_what_overlaps_is_parted_or_taken_out(apart, left):
+    mesh = trimesh.creation.icosphere(3, 0.1)
+    covering = Covering([make_body("ball", mesh.vertices, mesh.faces)], SIDES, np.ones((2, 64, 64)), seed=0)
+    places = torch.tensor([[-apart / 2, 0, 0], [apart / 2, 0, 0]], dtype=torch.float64)
+    covering.take([0, 0], Start(torch.eye(3, dtype=torch.float64).repeat(2, 1, 1), places))
+    anamorphic._free(covering)
+    assert len(covering.chosen) == left
+    bodies = unique_names([covering.pool[i] for i in covering.chosen])
+    matrices = file_to_world(bodies, covering.start.rotation, covering.start.translation)
+    assert certify(bodies, matrices, box([1.0] * 3)).holds

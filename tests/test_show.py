@@ -1,11 +1,14 @@
 """Pictures are drawn, without a display, and show what they should."""
 
 import numpy as np
+from PIL import Image
 
 from data_fetch import kitchen_like, torus
 from rasp_core import show
 from rasp_core.arrange import arrange
+from rasp_core.cameras import Camera
 from rasp_core.containers import Container, box
+from rasp_core.painting import Canvas
 from rasp_core.problem import Problem, Settings
 
 
@@ -104,3 +107,39 @@ def test_trimmed_cuts_white_away():
     picture[10:20, 30:35, 1] = 0
     assert show.trimmed(picture, 0).shape == (10, 5, 3)
     assert show.trimmed(picture, 100).shape == picture.shape
+
+
+def test_a_turntable_comes_round_and_is_a_film(tmp_path):
+    bodies, matrices = placed(3)
+    stage = show.Stage(bodies, matrices, size=(80, 80), azimuth_deg=0.0, elevation_deg=12.0)
+    first = stage.picture(matrices)
+    film = stage.turntable(matrices, frames=4)
+    stage.close()
+    assert np.array_equal(film[0], first)
+    assert np.abs(film[1].astype(int) - first).mean() > 2
+    show.save_gif(tmp_path / "film.gif", film, seconds=2.0)
+    with Image.open(tmp_path / "film.gif") as read:
+        assert (read.n_frames, read.info["duration"], read.info["loop"]) == (4, 500, 0)
+
+
+def test_paint_is_shown_unlit_and_in_parallel_as_an_orthographic_view_sees_it():
+    bodies, matrices = placed(3)
+    camera = Camera(0, 0, 0.6)
+    plain = np.ones((1, 64, 64, 3)) * [0.2, 0.6, 0.4]
+    painted = Canvas(bodies, matrices, [camera], 64).paint(plain)
+    look = {"size": (128, 128), "azimuth_deg": 0.0, "elevation_deg": 0.0, "painted": painted}
+    picture = show.scene_picture(bodies, matrices, parallel=True, **look)
+    inside = picture[(picture < 250).any(2)]
+    assert np.abs(np.median(inside, axis=0) / 255 - [0.2, 0.6, 0.4]).max() < 0.02
+    apart = show.trimmed(picture, 0).shape[1] / show.trimmed(picture, 0).shape[0]
+    rows, columns = np.nonzero(painted.seen[0])
+    assert abs(apart - (np.ptp(columns) + 1) / (np.ptp(rows) + 1)) < 0.25
+
+
+def test_a_lamp_stands_before_each_shadow():
+    bodies, matrices = placed(1)
+    view = Camera(0, 0, 0.3)
+    look = {"size": (200, 200), "shadows": [(view, np.zeros((8, 8)))]}
+    dark, lit = (show.scene_picture(bodies, matrices, lamps=lamps, **look).astype(int) for lamps in (False, True))
+    yellow = [((p[..., 0] > 230) & (p[..., 1] > 180) & (p[..., 2] < 120)).sum() for p in (dark, lit)]
+    assert yellow[1] > yellow[0] + 10
