@@ -90,6 +90,7 @@ def _parser() -> _Parser:
     art.add_argument("--resolution", type=int, default=512, help="pixels along a picture (default: 512)")
     art.add_argument("--time-limit", type=float, metavar="S", help="seconds after which no other width is tried")
     art.add_argument("--paint", action="store_true", help="paint the pictures' colours onto the heap")
+    art.add_argument("--pictures", action="store_true", help="also installation.png and turntable.gif")
     art.add_argument("--seed", type=int, default=0)
     art.add_argument("--device", default="auto", help="auto, cpu, cuda, cuda:1, mps (default: auto)")
     art.add_argument("--out", type=Path, default=Path("out"), help="the run's folder (default: out)")

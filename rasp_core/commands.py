@@ -118,7 +118,7 @@ def art(options: argparse.Namespace) -> int:
     """Heap objects up so that each side shows another picture."""
     import numpy as np
 
-    from . import anamorphic, lettering, meshes, painting, pictures, results
+    from . import anamorphic, lettering, meshes, painting, pictures, results, show
     from .cameras import Camera
     from .scene import resolve_device
 
@@ -164,6 +164,9 @@ def art(options: argparse.Namespace) -> int:
             images["painted.png"] = (255 * np.concatenate(painted.images, 1)).astype(np.uint8)
             print(f"rasp: painted, PSNR {noise.min():.1f} dB, SSIM {alike.min():.2f} at least", file=sys.stderr)
         results.save_run(place, made.shown, made.certificate, facts, images=images, painted=painted)
+        if options.pictures:
+            show.save_installation(place / "installation.png", made.arrangement)
+            show.save_turntable(place / "turntable.gif", made.arrangement, painted)
         for line in made.certificate.lines()[:20]:
             print(f"rasp: {line}", file=sys.stderr)
         print(

@@ -1,8 +1,8 @@
 """Objects put one by one where their silhouettes cover most of what is still open in all pictures, and spill least.
 
 Greedy, on pixels: one that should be dark and is not yet is worth 1, one that should stay light costs 1. Places are
-drawn in the visual hull where pictures are still open, the best of them climb to where they gain most, and the first
-that touches nothing is taken. What the silhouettes cost keeps bodies in the hull; nothing else has to.
+drawn in the visual hull where pictures are still open; the best of those that touch nothing climb to where they gain
+most, touching nothing; the best is taken. What the silhouettes cost keeps bodies in the hull; nothing else has to.
 """
 
 from __future__ import annotations

@@ -162,6 +162,25 @@ def save_gif(path: str | Path, pictures: Sequence[np.ndarray], seconds: float = 
     first.save(path, format="GIF", save_all=True, append_images=rest, duration=duration, loop=0)
 
 
+def save_installation(path: str | Path, arrangement: Arrangement) -> None:
+    """The heap between lamps and walls, with its shadows on the walls; from between the first two views."""
+    from PIL import Image
+
+    run = arrangement
+    azimuth = float(np.mean([camera.azimuth_deg for camera in run.cameras[:2]]))
+    look = {"shadows": list(zip(run.cameras, run.images, strict=True)), "lamps": True, "azimuth_deg": azimuth}
+    picture = scene_picture(run.problem.bodies, run.matrices, size=(1200, 900), elevation_deg=16.0, **look)
+    Image.fromarray(trimmed(picture)).save(path)
+
+
+def save_turntable(path: str | Path, arrangement: Arrangement, painted: Painted | None = None) -> None:
+    """Once around the heap, in parallel projection, so that each view's picture comes by."""
+    run = arrangement
+    stage = Stage(run.problem.bodies, run.matrices, size=(360, 360), painted=painted, parallel=True)
+    save_gif(path, stage.turntable(run.matrices, elevation_deg=0.0))
+    stage.close()
+
+
 def _add_painted(plotter, painted: Painted, matrices: np.ndarray) -> None:
     pyvista = _load_pyvista()
     turns = np.repeat(matrices, np.diff(painted.first), axis=0)

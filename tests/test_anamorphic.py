@@ -114,10 +114,13 @@ def test_the_command_paints_and_writes_a_run(squares, capsys):
 
 
 def test_the_command_makes_a_heap_for_each_place_in_words(squares):
-    limits = ["--resolution", "64", "--width", "0.4", "--count", "3", "--out", str(squares / "words")]
+    limits = ["--resolution", "64", "--width", "0.4", "--count", "3", "--pictures", "--out", str(squares / "words")]
     assert main(["art", str(squares / "objects"), "--text", "AB", "12", *limits]) == 0
     assert (squares / "words" / "1" / "result.json").exists()
-    assert (squares / "words" / "2" / "scene.glb").exists()
+    files = {path.name for path in (squares / "words" / "2").iterdir()}
+    assert {"scene.glb", "installation.png", "turntable.gif"} <= files
+    with Image.open(squares / "words" / "2" / "turntable.gif") as film:
+        assert film.n_frames == 36
 
 
 @pytest.mark.parametrize(

@@ -26,7 +26,7 @@ ORDER = [
     "removal", "physics", "pictures", "hulls", "docking", "jigsaw", "assembly", "accuracy", "profiles",
     "kernels_covering", "covering", "veiling", "lettering", "anamorphic", "atlas", "painting", "starts",
     "ablation", "sweep", "live", "show", "results",
-    "figures", "widgets", "commands", "__main__",
+    "figures", "gallery", "widgets", "commands", "__main__",
 ]  # fmt: skip
 
 
