@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 from .errors import InputError
-from .figures import STATUSES
+from .figures import STATUSES, compare
 
 HEAD = """# Gallery
 
@@ -45,10 +45,11 @@ def _row(folder: Path, claim: dict) -> str:
         expected = json.loads((folder / f"{name}.expected.json").read_text())[scale]
         fact = claim["fact"]
         if fact not in facts or fact not in expected:
-            raise InputError(
-                f"claims.json: {claim['of']}: {name} has no fact {fact!r} at scale {scale}; mend the claim"
-            )
-        status, unit = expected[fact]["status"], expected[fact]["unit"]
+            raise InputError(f"claims.json: {claim['of']}: {name} has no fact {fact!r} at scale {scale}; mend it")
+        (verdict,) = compare(name, facts, {fact: expected[fact]})
+        status, unit = verdict.status, expected[fact]["unit"]
+        if not verdict.holds:
+            status, claim = "differs", {**claim, "reason": "the last run did not come to what is expected"}
         measured, bound = f"{fact}: **{_said(facts[fact], unit)}**", _bound(expected[fact], unit)
         option = "" if scale == "quick" else f" --scale {scale}"
         command = f"rasp figures {name}{option}"
