@@ -131,3 +131,25 @@ def test_missing_libraries_are_noticed(monkeypatch):
 
     monkeypatch.setitem(system_libraries.NEEDED, "libnot-there.so.9", ("libnot-there", "nobody"))
     assert system_libraries.missing() == {"libnot-there": "nobody"}
+
+
+def test_binder_and_docker_install_the_libraries_that_make_does():
+    sys.path.insert(0, str(ROOT / "tools"))
+    from system_libraries import NEEDED
+
+    assert (ROOT / "apt.txt").read_text().split() == sorted(package for package, _ in NEEDED.values())
+    steps = (ROOT / "Dockerfile").read_text()
+    assert "$(cat apt.txt)" in steps
+    assert "RUN make setup" in steps
+
+
+def test_colab_installs_all_but_what_it_brings():
+    lines = (ROOT / "requirements-colab.txt").read_text().splitlines()
+    named = [line for line in lines if line and not line.startswith("#")]
+    brought = {"torch", "numpy", "scipy", "matplotlib", "contourpy", "tqdm", "scikit-image", "ipywidgets", "ipykernel"}
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    wanted = {Requirement(text).name for text in project["dependencies"]} - brought
+    pins = locked()
+    assert {Requirement(line).name: str(Requirement(line).specifier)[2:] for line in named} == {
+        name: pins[name.lower()] for name in wanted
+    }
