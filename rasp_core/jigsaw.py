@@ -124,15 +124,13 @@ class _Search:
         states = [state]
         while len(states[0].order) < len(self.parts):
             wanted = [(state, i) for state in states for i in self._largest(state)]
-            tried = self.places(wanted) if states[0].order else [self.alone[i] for _, i in wanted]
+            tried = self.places(wanted) if states[0].order else [[]] * len(wanted)
+            # what fits nowhere beside the others lies, doubtfully, where it would alone
             steps = [
                 (state.lead + self._lead(i, place, found), state, i, place)
                 for (state, i), found in zip(wanted, tried, strict=True)
-                for place in found[: self.followed]
+                for place in (found or self.alone[i])[: self.followed]
             ]
-            if not steps:
-                name = self.parts[wanted[0][1]].body.name
-                raise InputError(f"{name} fits nowhere beside the others; is it a part of the whole?")
             states = []
             for lead, before, i, place in sorted(steps, key=lambda step: -step[0]):
                 docking = before.docking.copy()
