@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import nbformat
 import pytest
 import yaml
 from packaging.requirements import Requirement
@@ -153,3 +154,12 @@ def test_colab_installs_all_but_what_it_brings():
     assert {Requirement(line).name: str(Requirement(line).specifier)[2:] for line in named} == {
         name: pins[name.lower()] for name in wanted
     }
+
+
+def test_notebooks_store_their_figures_as_pictures():
+    for path in (ROOT / "notebooks").rglob("*.ipynb"):
+        for cell in nbformat.read(path, as_version=4).cells:
+            for output in cell.get("outputs", []):
+                data = output.get("data", {})
+                bare = re.match(r"<(Figure|matplotlib)", data.get("text/plain", "")) and not data.keys() & {"image/png"}
+                assert not bare, f"{path.name}: a figure is stored in words, {data['text/plain']}"
