@@ -88,7 +88,9 @@ def _parser() -> _Parser:
     art.add_argument("--width", type=float, help="of the pictures, in the objects' unit (default: chosen)")
     art.add_argument("--count", type=int, help="objects, at most (default: as many as are needed)")
     art.add_argument("--resolution", type=int, default=512, help="pixels along a picture (default: 512)")
-    art.add_argument("--time-limit", type=float, metavar="S", help="seconds after which no other width is tried")
+    art.add_argument(
+        "--time-limit", type=float, metavar="S", default=120.0, help="seconds after which no other width is tried (120)"
+    )
     art.add_argument("--paint", action="store_true", help="paint the pictures' colours onto the heap")
     art.add_argument("--pictures", action="store_true", help="also installation.png and turntable.gif")
     art.add_argument("--seed", type=int, default=0)
