@@ -92,7 +92,7 @@ def _parser() -> _Parser:
         "--time-limit", type=float, metavar="S", default=120.0, help="seconds after which no other width is tried (120)"
     )
     art.add_argument("--paint", action="store_true", help="paint the pictures' colours onto the heap")
-    art.add_argument("--pictures", action="store_true", help="also installation.png and turntable.gif")
+    art.add_argument("--pictures", action="store_true", help="also installation.png, turntable.gif, heap.html")
     art.add_argument("--seed", type=int, default=0)
     art.add_argument("--device", default="auto", help="auto, cpu, cuda, cuda:1, mps (default: auto)")
     art.add_argument("--out", type=Path, default=Path("out"), help="the run's folder (default: out)")

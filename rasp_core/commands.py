@@ -167,6 +167,8 @@ def art(options: argparse.Namespace) -> int:
         if options.pictures:
             show.save_installation(place / "installation.png", made.arrangement)
             show.save_turntable(place / "turntable.gif", made.arrangement, painted)
+            heap = made.arrangement.problem.bodies, made.arrangement.matrices
+            (place / "heap.html").write_text(results.page(*heap, painted))
         for line in made.certificate.lines()[:20]:
             print(f"rasp: {line}", file=sys.stderr)
         print(

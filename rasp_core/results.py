@@ -30,6 +30,7 @@ from .errors import InputError, MeshError
 from .meshes import Body, make_body
 from .painting import Painted
 
+Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])  # as pages look, a view at azimuth 0
 PACKAGES = ("torch", "numpy", "numba", "trimesh", "manifold3d", "open3d")
 
 
@@ -140,14 +141,44 @@ def write_scene(
 
     Copies of one body share one geometry, but where the bodies are painted: then they share one unlit texture.
     """
+    scene = _scene(bodies, matrices, painted)
+    shell = _coloured(container.body.vertices, container.body.faces, [0.6, 0.7, 0.8, 0.15])
+    scene.add_geometry(shell, node_name="container", geom_name="container")
+    Path(path).write_bytes(scene.export(file_type="glb", tree_postprocessor=_unlit if painted else None))
+
+
+def page(bodies: Sequence[Body], matrices: np.ndarray, painted: Painted | None = None, embedded: bool = False) -> str:
+    """An HTML page in which the bodies are turned with the mouse; it holds all that it needs (three.js, by trimesh).
+
+    embedded : as a frame for a notebook's cell instead.
+    """
+    from trimesh.viewer.notebook import scene_to_html, scene_to_notebook
+
+    scene = _scene(bodies, Y_UP @ matrices, painted)
+    _ = scene.camera  # made by being asked for; the page looks through it
+    ready = _Exported(scene.export(file_type="glb", tree_postprocessor=_unlit if painted else None))
+    return scene_to_notebook(ready).data if embedded else scene_to_html(ready)
+
+
+class _Exported:
+    """What trimesh's viewer asks of a scene, where the GLB is there already."""
+
+    camera = None
+
+    def __init__(self, data: bytes):
+        self.data = data
+
+    def export(self, file_type: str) -> bytes:
+        return self.data
+
+
+def _scene(bodies: Sequence[Body], matrices: np.ndarray, painted: Painted | None) -> trimesh.Scene:
     scene = trimesh.Scene()
     if painted is None:
         _add_plain(scene, bodies, matrices)
     else:
         _add_painted(scene, bodies, matrices, painted)
-    shell = _coloured(container.body.vertices, container.body.faces, [0.6, 0.7, 0.8, 0.15])
-    scene.add_geometry(shell, node_name="container", geom_name="container")
-    Path(path).write_bytes(scene.export(file_type="glb", tree_postprocessor=_unlit if painted else None))
+    return scene
 
 
 def _add_plain(scene: trimesh.Scene, bodies: Sequence[Body], matrices: np.ndarray) -> None:

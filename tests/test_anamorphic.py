@@ -118,7 +118,7 @@ def test_the_command_makes_a_heap_for_each_place_in_words(squares):
     assert main(["art", str(squares / "objects"), "--text", "AB", "12", *limits]) == 0
     assert (squares / "words" / "1" / "result.json").exists()
     files = {path.name for path in (squares / "words" / "2").iterdir()}
-    assert {"scene.glb", "installation.png", "turntable.gif"} <= files
+    assert {"scene.glb", "installation.png", "turntable.gif", "heap.html"} <= files
     with Image.open(squares / "words" / "2" / "turntable.gif") as film:
         assert film.n_frames == 36
 

@@ -1,8 +1,11 @@
 """Run folders: complete, readable by others, never half-written."""
 
+import base64
 import csv
+import io
 import json
 import os
+import re
 
 import numpy as np
 import pytest
@@ -123,3 +126,16 @@ def test_scenes_that_cannot_be_used_are_named(tmp_path):
         results.read_scene(scene("b.glb", container=cube))
     with pytest.raises(InputError, match=r"c\.glb: thing: .*open"):
         results.read_scene(scene("c.glb", thing=sheet, container=cube))
+
+
+def test_a_page_holds_all_that_it_needs():
+    bodies, matrices = kitchen_like(2), np.tile(np.eye(4), (2, 1, 1))
+    text = results.page(bodies, matrices)
+    assert not re.search(r'(src|href)="', text), "nothing is loaded from elsewhere"
+    data = max(re.findall(r"[A-Za-z0-9+/=]{1000,}", text), key=lambda word: word.startswith("Z2xURg"))
+    scene = trimesh.load_scene(io.BytesIO(base64.b64decode(data)), file_type="glb")
+    assert set(scene.geometry) == {body.name for body in bodies}
+    high = max(np.ptp(body.solid_vertices[:, 2]) for body in bodies)
+    assert np.ptp(scene.bounds[:, 1]) >= 0.99 * high, "up is y in a page"
+    frame = results.page(bodies, matrices, embedded=True)
+    assert frame.startswith("<div><iframe srcdoc=")
