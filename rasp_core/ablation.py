@@ -53,15 +53,10 @@ def judge(arrangement: Arrangement) -> dict:
 def mean_gap(bodies: Sequence[Body], matrices: np.ndarray, samples: int = SAMPLES) -> float:
     """Metres from a point of a body's surface to the nearest other body, in the mean over bodies and points; a point
     inside another counts 0. bodies placed by `matrices` `(N, 4, 4)`; infinite for one body alone."""
-    open3d = o3d.load()
     known = {}
     for body in bodies:
         if body.digest not in known:
-            scene = open3d.t.geometry.RaycastingScene()
-            scene.add_triangles(
-                open3d.core.Tensor(body.solid_vertices.astype(np.float32)),
-                open3d.core.Tensor(body.solid_faces.astype(np.uint32)),
-            )
+            scene = o3d.caster([(body.solid_vertices, body.solid_faces)])
             mesh = trimesh.Trimesh(body.solid_vertices, body.solid_faces, process=False)
             known[body.digest] = scene, trimesh.sample.sample_surface(mesh, samples, seed=0)[0]
     total = 0.0

@@ -27,7 +27,7 @@ from .outlines import Views
 from .packing import progress_bar
 from .pressing import STRICT
 from .problem import Problem, Settings
-from .silhouettes import render, render_at_rest
+from .silhouettes import likeness, render, render_at_rest
 from .veiling import veil
 
 WIDTHS = (5.0, 6.0, 7.2, 8.6, 10.4, 12.4, 15.0, 18.0, 21.5, 26.0)  # of the pictures, in mean diameters of the objects
@@ -95,11 +95,6 @@ class Art:
         return {**{name: values.tolist() for name, values in measures.items()}, "rounds": list(self.rounds)}
 
 
-def likeness(images: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """`(K,)` intersection over union of silhouettes `(K, H, H)` bool."""
-    return (images & others).sum((1, 2)) / (images | others).sum((1, 2))
-
-
 def ceiling(pictures: np.ndarray, cameras: Sequence[Camera]) -> np.ndarray:
     """`(K, H, H)` bool: the silhouettes of the visual hull of `pictures` `(K, H, H)` bool. Raises InputError as
     `hulls.visual_hull` does, and for fewer than two views or more than four."""
@@ -150,6 +145,9 @@ def sculpt(
     cameras = [replace(camera, width=1.0) for camera in cameras]
     hull = ceiling(pictures, cameras)
     covering, best, rounds = Covering(pool, cameras, hull, seed), None, []
+    if colours is not None:
+        coarse = Covering(pool, cameras, hull[:, ::COARSE, ::COARSE], seed)
+        colours = colours[:, ::COARSE, ::COARSE]
     diameter = 2 * float(np.mean([body.radius for body in pool]))
     shares = [share for share in WIDTHS if colours is None or share > PAINTED]
     widths = [width] if width is not None else [share * diameter for share in shares]
@@ -157,7 +155,7 @@ def sculpt(
         for edge in widths:
             covering.begin(edge)
             history = _build(covering, count or MOST, seed, device)
-            left = 0.0 if colours is None or not covering.chosen else _veil(covering, colours, count or MOST, seed)
+            left = 0.0 if colours is None or not covering.chosen else _veil(covering, coarse, colours, count or MOST)
             _free(covering)
             worst, alike = float(covering.likeness.min()), covering.likeness.tolist()
             rounds.append({"width": edge, "objects": len(covering.chosen), "likeness": alike, "dispute": left})
@@ -198,12 +196,12 @@ def _build(covering: Covering, count: int, seed: int, device) -> list[np.ndarray
     return history
 
 
-def _veil(covering: Covering, colours: np.ndarray, count: int, seed: int) -> float:
-    """Hide what views dispute behind objects more; returns the mean square error that is left to it."""
-    coarse = Covering(covering.pool, covering.cameras, covering.wanted[:, ::COARSE, ::COARSE], seed)
+def _veil(covering: Covering, coarse: Covering, colours: np.ndarray, count: int) -> float:
+    """Hide what views dispute behind objects more, decided on fewer pixels, `coarse` with its `colours`; returns the
+    mean square error that is left to it."""
     coarse.begin(covering.width)
     coarse.take(covering.chosen, covering.start)
-    left = veil(coarse, colours[:, ::COARSE, ::COARSE], count - len(coarse.chosen))
+    left = veil(coarse, colours, count - len(coarse.chosen))
     covering.take(coarse.chosen, coarse.start)
     return left
 

@@ -22,7 +22,7 @@ from .jigsaw import candidates, draw_together, solve
 from .meshes import Body
 from .problem import Problem, Settings, Start
 from .scene import Scene
-from .silhouettes import render
+from .silhouettes import likeness, render
 
 SPARE = 0.03  # share of the whole's volume by which the parts may miss it without a word
 MOST = 1.2  # of the whole's volume: parts that have more are not its parts
@@ -98,22 +98,22 @@ def assemble_by_silhouettes(
     best = min(drawn, key=lambda arrangement: arrangement.history[-1, 0]).start
     placed = [Place(*pose, 0.0) for pose in zip(best.rotation.numpy(), best.translation.numpy(), strict=True)]
     placed = draw_together(bodies, hull, placed)
-    warnings, likeness = [], _alike(scene, _start(placed), images)
-    for camera, alike in zip(cameras, likeness, strict=True):
+    warnings, alikes = [], _alike(scene, _start(placed), images)
+    for camera, alike in zip(cameras, alikes, strict=True):
         if alike < UNLIKE:
             warnings.append(
                 f"the parts' silhouette at azimuth {camera.azimuth_deg:g}, elevation {camera.elevation_deg:g} is like "
                 f"the given one by {alike:.1%} only (intersection over union)"
             )
     scores = np.array([place.score for place in placed])
-    return Assembly(list(bodies), hull, _start(placed), scores, warnings, likeness)
+    return Assembly(list(bodies), hull, _start(placed), scores, warnings, alikes)
 
 
 def _alike(scene: Scene, start: Start, images: np.ndarray) -> np.ndarray:
     """Intersection over union of each view's silhouette with the given one."""
     place = start.rotation.float(), start.translation.float()
     drawn = render(scene.outlines, *place, scene.views, images.shape[-1]).numpy() > 0.5
-    return (drawn & (images > 0.5)).sum((1, 2)) / (drawn | (images > 0.5)).sum((1, 2))
+    return likeness(drawn, images > 0.5)
 
 
 def _share(bodies: Sequence[Body], whole: Container) -> float:

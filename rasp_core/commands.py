@@ -150,8 +150,8 @@ def art(options: argparse.Namespace) -> int:
     for place, targets in wanted.items():
         began = time.monotonic()
         limits = options.count, options.width, options.seed, device, options.time_limit
-        shown = colours if options.paint else None
-        made = anamorphic.sculpt(pool, targets, cameras, *limits, progress=True, colours=shown)
+        to_paint = colours if options.paint else None
+        made = anamorphic.sculpt(pool, targets, cameras, *limits, progress=True, colours=to_paint)
         for line in anamorphic.disagreements(made.pictures, made.hull, cameras):
             print(f"rasp: {line}", file=sys.stderr)
         facts = {"command": "art", **made.to_dict(), "device": str(device), "seconds": time.monotonic() - began}

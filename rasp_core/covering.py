@@ -20,7 +20,7 @@ from .problem import Start
 from .profiles import Profiles
 from .scene import surface_samples
 from .sdf import GridStack
-from .silhouettes import mask
+from .silhouettes import likeness, mask
 
 TURNS = 32  # of each object
 DRAWN = 3000  # places looked at for each object that is put
@@ -76,7 +76,7 @@ class Covering:
     @property
     def likeness(self) -> np.ndarray:
         """`(K,)` intersection over union of what is dark with what should be."""
-        return (self.dark & self.wanted).sum((1, 2)) / (self.dark | self.wanted).sum((1, 2))
+        return likeness(self.dark, self.wanted)
 
     def take(self, chosen: Sequence[int], start: Start) -> None:
         """Have these objects at these poses instead."""

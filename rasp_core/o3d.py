@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from types import ModuleType
+
+import numpy as np
 
 
 def load() -> ModuleType:
@@ -12,3 +15,13 @@ def load() -> ModuleType:
     import open3d
 
     return open3d
+
+
+def caster(surfaces: Iterable[tuple[np.ndarray, np.ndarray]]):
+    """A RaycastingScene of closed surfaces, vertices `(V, 3)` and faces `(F, 3)` each, numbered in their order."""
+    open3d = load()
+    scene = open3d.t.geometry.RaycastingScene()
+    for vertices, faces in surfaces:
+        corners = np.ascontiguousarray(vertices, np.float32)
+        scene.add_triangles(open3d.core.Tensor(corners), open3d.core.Tensor(np.ascontiguousarray(faces, np.uint32)))
+    return scene

@@ -53,15 +53,12 @@ class Canvas:
 
     def __init__(self, bodies: Sequence[Body], matrices: np.ndarray, cameras: Sequence[Camera], size: int):
         """matrices `(N, 4, 4)` place the bodies' files; size : pixels along an image."""
-        open3d = o3d.load()
         placed = [body.placed(matrix)[body.solid_faces] for body, matrix in zip(bodies, matrices, strict=True)]
         self.files = np.concatenate([body.placed(np.eye(4))[body.solid_faces] for body in bodies])
         self.first = np.append(0, np.cumsum([len(triangles) for triangles in placed]))
         self.world, self.cameras, self.size = np.concatenate(placed), list(cameras), size
-        self._caster = open3d.t.geometry.RaycastingScene()
-        faces = np.arange(3 * len(self.world), dtype=np.uint32).reshape(-1, 3)
-        corners = self.world.reshape(-1, 3).astype(np.float32)
-        self._caster.add_triangles(open3d.core.Tensor(corners), open3d.core.Tensor(faces))
+        faces = np.arange(3 * len(self.world)).reshape(-1, 3)
+        self._caster = o3d.caster([(self.world.reshape(-1, 3), faces)])
         self.pixel, face, uv = self._look(RAYS)
         longest = np.linalg.norm(self.world - np.roll(self.world, 1, axis=1), axis=2).max(1)
         steps = np.ones(len(self.world), int)

@@ -77,17 +77,11 @@ def spread_pulls(count: int = PULLS) -> np.ndarray:
 
 def _scene(bodies: Sequence[Body], matrices: np.ndarray):
     """The bodies for ray casting, moved so that they lie about the origin, and all their vertices `(P, 3)`."""
-    open3d = o3d.load()
     placed = [body.placed(matrix) for body, matrix in zip(bodies, matrices, strict=True)]
     points = np.concatenate(placed)
     middle = (points.min(0) + points.max(0)) / 2
-    scene = open3d.t.geometry.RaycastingScene()
-    for body, vertices in zip(bodies, placed, strict=True):
-        scene.add_triangles(
-            open3d.core.Tensor((vertices - middle).astype(np.float32)),
-            open3d.core.Tensor(body.solid_faces.astype(np.uint32)),
-        )
-    return scene, points - middle
+    surfaces = ((vertices - middle, body.solid_faces) for body, vertices in zip(bodies, placed, strict=True))
+    return o3d.caster(surfaces), points - middle
 
 
 def _behind(scene, points: np.ndarray, pull: np.ndarray, count: int, rays: int) -> np.ndarray:

@@ -50,11 +50,7 @@ def bake(vertices: np.ndarray, faces: np.ndarray, cells: int = CELLS, padding: f
     origin = (low + high) / 2 - spacing * (shape - 1) / 2
     axes = [origin[a] + spacing * np.arange(shape[a]) for a in range(3)]
     points = np.stack(np.meshgrid(*axes, indexing="ij"), -1).astype(np.float32)
-    scene = open3d.t.geometry.RaycastingScene()
-    scene.add_triangles(
-        open3d.core.Tensor(np.ascontiguousarray(vertices, np.float32)),
-        open3d.core.Tensor(np.ascontiguousarray(faces, np.uint32)),
-    )
+    scene = o3d.caster([(vertices, faces)])
     values = scene.compute_signed_distance(open3d.core.Tensor(points), nsamples=3).numpy()
     return Grid(np.ascontiguousarray(values, np.float32), origin, spacing)
 

@@ -55,6 +55,11 @@ def mask(outlines: Outlines, rotation: Tensor, translation: Tensor, views: Views
         return _Contours(outlines, rotation, translation, views, resolution).inside()
 
 
+def likeness(images: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """`(K,)` intersection over union of silhouettes `(K, H, W)` bool."""
+    return (images & others).sum((1, 2)) / (images | others).sum((1, 2))
+
+
 def soften(images: Tensor, softness_px: float) -> Tensor:
     """Images `(..., H, W)` blurred by a Gaussian of `softness_px` pixels (0: as they are), 0 beyond the border."""
     if softness_px <= 0:

@@ -44,11 +44,9 @@ class _Sights:
 
     def __init__(self, covering: Covering, colours: np.ndarray):
         open3d = o3d.load()
-        caster = open3d.t.geometry.RaycastingScene()
-        for index, turn, place in zip(covering.chosen, covering.rotation, covering.place, strict=True):
-            body = covering.pool[index]
-            vertices = (body.solid_vertices @ turn.T + place).astype(np.float32)
-            caster.add_triangles(open3d.core.Tensor(vertices), open3d.core.Tensor(body.solid_faces.astype(np.uint32)))
+        bodies = [covering.pool[index] for index in covering.chosen]
+        poses = zip(bodies, covering.rotation, covering.place, strict=True)
+        caster = o3d.caster((b.solid_vertices @ turn.T + place, b.solid_faces) for b, turn, place in poses)
         size, cameras = covering.size, covering.cameras
         self.depth, self.points = np.full((len(cameras), size, size), np.inf), np.zeros((len(cameras), size, size, 3))
         for k, camera in enumerate(cameras):
