@@ -112,7 +112,7 @@ def arrange(
     variables = _Variables(start, scene, settings)
     optimiser = torch.optim.Adam(variables.parameters, lr=settings.learning_rate)
     rows: list[Tensor] = []
-    identity = {"settings": asdict(settings), "bodies": [body.digest for body in scene.bodies]}
+    identity = {"settings": asdict(settings), "bodies": [body.digest for body in scene.bodies], "movers": scene.movers}
     kept = checkpoints.load(checkpoint, identity, scene.device) if checkpoint else None
     first = variables.restore(kept, optimiser, rows) if kept else 0
     generator = torch.Generator()
@@ -184,13 +184,14 @@ def evaluate(scene: Scene, rotation, translation, targets, lattice, settings: Se
     if settings.overlap_weight:
         overlap = losses.overlap(scene.stack, scene.half, rotation, translation, lattice, settings.overlap_term)
     if settings.lambda_:
+        movers, corners = scene.movers, scene.moving_vertices
         extrusion = losses.extrusion(
             scene.container,
-            scene.outlines.vertices,
-            scene.outlines.vertex_body,
-            scene.radius,
-            rotation,
-            translation,
+            scene.outlines.vertices[:corners],
+            scene.outlines.vertex_body[:corners],
+            scene.radius[:movers],
+            rotation[..., :movers, :, :],
+            translation[..., :movers, :],
             settings.epsilon,
         )
     if settings.contact_weight:
@@ -211,11 +212,12 @@ def evaluate(scene: Scene, rotation, translation, targets, lattice, settings: Se
 def find_neighbours(scene: Scene, rotation: Tensor, translation: Tensor, settings: Settings) -> contact.Neighbours:
     """The samples that the contact term looks at, for some iterations about these poses."""
     reach = NEIGHBOUR_REACH * scene.radius.mean().item() + 2 * settings.contact_margin
-    return contact.neighbours(scene.stack, scene.samples, scene.half, rotation, translation, scene.container, reach)
+    place = scene.half, rotation, translation, scene.container
+    return contact.neighbours(scene.stack, scene.samples, *place, reach, scene.movers)
 
 
 class _Variables:
-    """The learned turns and shifts, and the poses that they make of the start."""
+    """The learned turns and shifts of the bodies that may move, and the poses that they make of the start."""
 
     def __init__(self, start: Start, scene: Scene, settings: Settings):
         count = len(scene.bodies)
@@ -225,12 +227,13 @@ class _Variables:
             raise InputError(f"the start has {self.rotation.shape[-3]} poses for {count} objects; give one for each")
         self.width = scene.width
         still = torch.zeros(3) if settings.rotation == "angles" else torch.tensor([1.0, 0, 0, 0])
-        turn = still.expand(*self.translation.shape[:-1], len(still)).clone()
+        self.movers = scene.movers
+        turn = still.expand(*self.translation.shape[:-2], self.movers, len(still)).clone()
         self.to_rotation = poses.angles_to_rotation if settings.rotation == "angles" else poses.quaternion_to_rotation
         # a quaternion (1, d) turns by 2 d, so half the rate gives both parametrisations the same first step
         self.turn_rate = 1.0 if settings.rotation == "angles" else 0.5
         self.turn = turn.to(scene.device, scene.dtype).requires_grad_()
-        self.shift = torch.zeros_like(self.translation, requires_grad=True)
+        self.shift = torch.zeros_like(self.translation[..., : self.movers, :], requires_grad=True)
 
     @property
     def parameters(self):
@@ -259,7 +262,12 @@ class _Variables:
         return state["iteration"]
 
     def poses(self) -> tuple[Tensor, Tensor]:
-        return self.to_rotation(self.turn) @ self.rotation, self.translation + self.width * self.shift
+        rotation = self.to_rotation(self.turn) @ self.rotation[..., : self.movers, :, :]
+        translation = self.translation[..., : self.movers, :] + self.width * self.shift
+        if self.movers == self.translation.shape[-2]:
+            return rotation, translation
+        obstacles = self.rotation[..., self.movers :, :, :], self.translation[..., self.movers :, :]
+        return torch.cat([rotation, obstacles[0]], -3), torch.cat([translation, obstacles[1]], -2)
 
     def set_rate(self, optimiser, rate: float) -> None:
         for group, factor in zip(optimiser.param_groups, (self.turn_rate, 1.0), strict=True):

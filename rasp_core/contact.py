@@ -44,11 +44,15 @@ def neighbours(
     translation: Tensor,
     container: Container,
     reach: float,
+    movers: int | None = None,
 ) -> Neighbours:
     """Every surface sample within `reach` metres of another body, or of the container's wall, or beyond it.
 
+    movers : only the first so many bodies move, all where None; what the others have among themselves is left out.
+
     Good for as long as nothing moves by more than half of `reach` less twice the margin that `contact` is given.
     """
+    movers = len(half) if movers is None else movers
     if engine.compiled(rotation.device):
         found = engine.share(
             _kernels().neighbours,
@@ -59,6 +63,7 @@ def neighbours(
             samples.points.numpy(),
             np.append(samples.start.numpy(), len(samples.points)),
             reach,
+            movers,
         )
         return Neighbours(*(torch.from_numpy(np.concatenate(rows)) for rows in zip(*found, strict=True)))
     bodies = len(half)
@@ -66,6 +71,8 @@ def neighbours(
         rotation, translation = rotation.reshape(-1, 3, 3), translation.reshape(-1, 3)
         again = torch.arange(len(rotation), device=rotation.device) % bodies
         first, second = _touching_boxes(half[again], rotation, translation, bodies, reach).nonzero(as_tuple=True)
+        moves = again < movers
+        first, second = first[moves[first] | moves[second]], second[moves[first] | moves[second]]
         pair, sample = runs(samples.start[again[first]], samples.count[again[first]])
         # the sampled body seen from the other's frame
         back = rotation[second].transpose(1, 2)
@@ -79,6 +86,7 @@ def neighbours(
         touching = torch.stack([sample[near], first[pair[near]], other[near]], 1)
 
         close = container.signed_distance(translation)[0] + half.norm(dim=1)[again] > -reach
+        close &= moves
         own, wall = runs(samples.start[again], torch.where(close, samples.count[again], 0))
         distance, _ = container.signed_distance(to_world(rotation, translation, own, samples.points[wall]))
         by_wall = (distance > -reach).nonzero()[:, 0]

@@ -158,8 +158,10 @@ class _Search:
     def _settle(self, chosen: list[int], start: Start) -> tuple[list[int], Start] | None:
         """Press the objects apart until the certificate holds; None where it does not come to that."""
         seed = self.settings.seed + self.budget.tries
-        start, overlap = self.press.apart(chosen, start, seed)
-        settled = self.press.settle(chosen, start, seed) if overlap <= self.press.hopeless else None
+        fresh = len(set(chosen) - set(self.chosen))
+        movers = self.press.vicinity(chosen, start, fresh)
+        start, overlap = self.press.apart(chosen, start, seed, movers)
+        settled = self.press.settle(chosen, start, seed, movers) if overlap <= self.press.hopeless else None
         return None if settled is None else (chosen, settled)
 
     # -- the record --------------------------------------------------------------------------------------------------

@@ -128,10 +128,10 @@ def _append(found, count, sample, own, other):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def neighbours(worker, workers, wall, grids, half, rotation, translation, points, first, reach):
+def neighbours(worker, workers, wall, grids, half, rotation, translation, points, first, reach, movers):
     """Rows (sample, own, other) of the samples of this worker's bodies near another body, and (sample, own, -1) of
     those near the wall; see `contact.neighbours`. Body i has the samples `first[i]:first[i + 1]`; body i of start s
-    is called `s * N + i`."""
+    is called `s * N + i`. Bodies from `movers` on do not move."""
     bodies, placed = len(half), rotation.shape[0] * len(half)
     rotation, translation = rotation.reshape(placed, 3, 3), translation.reshape(placed, 3)
     boxes = np.zeros((placed, 3))
@@ -141,34 +141,43 @@ def neighbours(worker, workers, wall, grids, half, rotation, translation, points
                 boxes[body, a] += abs(rotation[body, a, c]) * half[body % bodies, c]
     touching, by_wall = np.empty((1024, 3), np.int32), np.empty((1024, 3), np.int32)
     touching_count, wall_count = 0, 0
-    low = np.empty(3)
+    met = np.empty(bodies, np.int64)
+    values, starts, shapes, origins, spacings = grids
     for own in range(worker * placed // workers, (worker + 1) * placed // workers):
         r, t, i = rotation[own], translation[own], own % bodies
+        meetings = 0
         for other in range(own - i, own - i + bodies):
-            apart = own == other
+            apart = own == other or (i >= movers and other - own + i >= movers)
             for a in range(3):
                 if abs(t[a] - translation[other, a]) > boxes[own, a] + boxes[other, a] + reach:
                     apart = True
-            if apart:
-                continue
-            values, starts, shapes, origins, spacings = grids
-            j, turn = other % bodies, rotation[other]
-            cell, at, s = spacings[j], starts[j], shapes[j]
-            for sample in range(first[i], first[i + 1]):
-                wx, wy, wz = _place(r, t, points[sample, 0], points[sample, 1], points[sample, 2])
-                wx, wy, wz = wx - translation[other, 0], wy - translation[other, 1], wz - translation[other, 2]
-                within = True
-                for a in range(3):
-                    low[a] = turn[0, a] * wx + turn[1, a] * wy + turn[2, a] * wz
-                    within = within and abs(low[a]) < half[j, a] + reach
-                if not within:
+            if not apart:
+                met[meetings] = other
+                meetings += 1
+        for sample in range(first[i], first[i + 1] if meetings else first[i]):
+            wx, wy, wz = _place(r, t, points[sample, 0], points[sample, 1], points[sample, 2])
+            for other in met[:meetings]:
+                # written out here: a function that is given arrays for each sample costs ten times as much
+                dx, dy, dz = wx - translation[other, 0], wy - translation[other, 1], wz - translation[other, 2]
+                if abs(dx) >= boxes[other, 0] + reach or abs(dy) >= boxes[other, 1] + reach:
                     continue
-                x = min(max(int((low[0] - origins[j, 0]) / cell + 0.5), 0), s[0] - 1)
-                y = min(max(int((low[1] - origins[j, 1]) / cell + 0.5), 0), s[1] - 1)
-                z = min(max(int((low[2] - origins[j, 2]) / cell + 0.5), 0), s[2] - 1)
-                if values[at + (x * s[1] + y) * s[2] + z] < reach + NEAR * cell:
+                if abs(dz) >= boxes[other, 2] + reach:
+                    continue
+                j, m = other % bodies, other
+                lx = rotation[m, 0, 0] * dx + rotation[m, 1, 0] * dy + rotation[m, 2, 0] * dz
+                ly = rotation[m, 0, 1] * dx + rotation[m, 1, 1] * dy + rotation[m, 2, 1] * dz
+                lz = rotation[m, 0, 2] * dx + rotation[m, 1, 2] * dy + rotation[m, 2, 2] * dz
+                if abs(lx) >= half[j, 0] + reach or abs(ly) >= half[j, 1] + reach or abs(lz) >= half[j, 2] + reach:
+                    continue
+                cell = spacings[j]
+                x = min(max(int((lx - origins[j, 0]) / cell + 0.5), 0), shapes[j, 0] - 1)
+                y = min(max(int((ly - origins[j, 1]) / cell + 0.5), 0), shapes[j, 1] - 1)
+                z = min(max(int((lz - origins[j, 2]) / cell + 0.5), 0), shapes[j, 2] - 1)
+                if values[starts[j] + (x * shapes[j, 1] + y) * shapes[j, 2] + z] < reach + NEAR * cell:
                     touching = _append(touching, touching_count, sample, own, other)
                     touching_count += 1
+        if i >= movers:
+            continue
         size = math.sqrt(half[i, 0] ** 2 + half[i, 1] ** 2 + half[i, 2] ** 2)
         if _to_wall(wall, t[0], t[1], t[2])[0] + size <= -reach:
             continue

@@ -45,16 +45,19 @@ def mend(
     container: Container,
     tolerance: float = TOLERANCE,
     largest: float = np.inf,
+    movers: Sequence[int] | None = None,
 ) -> Start | None:
     """Move bodies that overlap or stick out a little, until none does by more than `tolerance` of its volume.
 
     Returns the poses for which exact booleans find that, or None where the faults do not get smaller. For faults of
     some thousandths of a volume: what begins with one above `largest` is given up at once. There are at most SWEEPS
-    sweeps, in which all bodies at fault move at once.
+    sweeps, in which all bodies at fault move at once. movers : the bodies that may move, all where None; what the
+    others have among themselves is taken as it is.
     """
     rotation, translation = start.rotation.double(), start.translation.double()
     reach = [body.radius for body in bodies]
-    faults, worst_of = _Faults(bodies, container), []
+    movable = np.isin(np.arange(len(bodies)), np.arange(len(bodies)) if movers is None else movers)
+    faults, worst_of = _Faults(bodies, container, movable), []
     for _ in range(SWEEPS):
         found = faults.at(Start(rotation, translation))
         worst_of.append(max((fault.share for fault in found), default=0.0))
@@ -68,7 +71,8 @@ def mend(
         for fault in found:
             if fault.share < tolerance / 2:
                 continue
-            slopes = [(i, *_slope(fault.solid, faults.solids[i], translation[i].numpy())) for i in fault.movers]
+            free = [i for i in fault.movers if movable[i]]
+            slopes = [(i, *_slope(fault.solid, faults.solids[i], translation[i].numpy())) for i in free]
             steep = sum(force @ force + moment @ moment / reach[i] ** 2 for i, force, moment in slopes)
             if steep > 0:
                 for i, force, moment in slopes:
@@ -82,8 +86,8 @@ def mend(
 class _Faults:
     """The faults of bodies in a container; asked again, only those are tested whose bodies have moved."""
 
-    def __init__(self, bodies: Sequence[Body], container: Container):
-        self.bodies, self.container = bodies, container
+    def __init__(self, bodies: Sequence[Body], container: Container, movable: np.ndarray):
+        self.bodies, self.container, self.movable = bodies, container, movable
         self.hull = container.body.manifold.translate(container.body.centre)
         self.matrices = np.full((len(bodies), 4, 4), np.nan)
         self.solids: list[manifold3d.Manifold] = [None] * len(bodies)
@@ -100,9 +104,9 @@ class _Faults:
         boxes = np.array([solid.bounding_box() for solid in self.solids]).reshape(-1, 2, 3)
         self.found = {movers: fault for movers, fault in self.found.items() if not moved & set(movers)}
         for i, j in pairs_of_boxes(boxes):
-            if i in moved or j in moved:
+            if (i in moved or j in moved) and (self.movable[i] or self.movable[j]):
                 self._note((i, j), self.solids[i] ^ self.solids[j])
-        for i in moved:
+        for i in filter(self.movable.__getitem__, moved):
             size = self.container.size
             if size is None or (np.abs(boxes[i]) > size / 2).any():
                 self._note((i,), self.solids[i] - self.hull)

@@ -46,7 +46,7 @@ class Body:
         data = self.solid_vertices.astype("<f8").tobytes() + self.solid_faces.astype("<i8").tobytes()
         return hashlib.sha256(data).hexdigest()
 
-    @property
+    @cached_property
     def half_extents(self) -> np.ndarray:
         """`(3,)`, half the edges of the solid's bounding box, which is centred on the origin."""
         return self.solid_vertices.max(0)
@@ -76,6 +76,19 @@ class Body:
             self.centre * factor,
             self.volume * factor**3,
         )
+
+
+class Alike:
+    """A body as a key that equals another where the solids are equal, so that they share what is computed of them."""
+
+    def __init__(self, body: Body):
+        self.body = body
+
+    def __hash__(self):
+        return hash(self.body.digest)
+
+    def __eq__(self, other):
+        return self.body.digest == other.body.digest
 
 
 def to_manifold(vertices: np.ndarray, faces: np.ndarray) -> manifold3d.Manifold:

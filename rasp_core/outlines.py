@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 import torch
 
 from .cameras import Camera
-from .meshes import Body
+from .meshes import Alike, Body
 
 
 class Outlines:
@@ -22,13 +22,10 @@ class Outlines:
     def __init__(self, bodies: Sequence[Body], device: str | torch.device = "cpu", dtype=torch.float32):
         vertices, faces, edges, vertex_body, face_body = [], [], [], [], []
         v_at = f_at = 0
-        known: dict[str, np.ndarray] = {}
         for i, body in enumerate(bodies):
-            if body.digest not in known:
-                known[body.digest] = _edges(body.solid_faces)
             vertices.append(body.solid_vertices)
             faces.append(body.solid_faces + v_at)
-            edges.append(known[body.digest] + np.array([v_at, v_at, f_at, f_at]))
+            edges.append(_edges(Alike(body)) + np.array([v_at, v_at, f_at, f_at]))
             vertex_body.append(np.full(len(body.solid_vertices), i))
             face_body.append(np.full(len(body.solid_faces), i))
             v_at += len(body.solid_vertices)
@@ -72,8 +69,10 @@ class Views:
         return tuple(x.double().numpy() for x in (self.axes, self.eye, self.centre, self.width))
 
 
-def _edges(faces: np.ndarray) -> np.ndarray:
-    """`(F, 3)` closed faces -> `(E, 4)`: from, to, the face that runs along it so, and one that runs against it."""
+@lru_cache(maxsize=1024)
+def _edges(key: Alike) -> np.ndarray:
+    """`(E, 4)` of a body's solid: from, to, the face that runs along it so, and one that runs against it."""
+    faces = key.body.solid_faces
     number = np.arange(len(faces))
     half = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     owner = np.tile(number, 3)

@@ -14,7 +14,7 @@ import numpy as np
 import torch
 
 from . import losses, poses
-from .arrange import Arrangement, Step, arrange
+from .arrange import Step, arrange
 from .certify import TOLERANCE
 from .containers import Container
 from .mending import mend
@@ -37,6 +37,9 @@ SETTLINGS = 2  # of what contact has not quite freed, the second helps half
 NEARLY = 20 * TOLERANCE  # faults that exact booleans may still take away
 STRICT = 0.95  # of the certificate's tolerance, for what rounding makes of volumes
 RATE = 0.033  # of a mean object's radius: the first step while pressing
+VICINITY = 24  # objects about a new one that move with it
+SIGHT = 0.5  # of a mean object's radius: how far about them the others are looked at
+UNSEEN = 8  # pixels along the edge of silhouettes that do not count here
 CLEARANCE = 6e-4  # contact margin, of the viewing width
 SKIN = 3e-4  # of the viewing width: Eq. 5's epsilon
 
@@ -127,8 +130,17 @@ class Press:
 
     # -- pressing ----------------------------------------------------------------------------------------------------
 
-    def apart(self, chosen: list[int], start: Start, seed: int) -> tuple[Start, float]:
-        """Press the objects apart; the poses, and the overlap left: the integral of its depth, metres to the fourth."""
+    def vicinity(self, chosen: list[int], start: Start, fresh: int) -> list[int]:
+        """Which of the objects move when the last `fresh` of them are pressed in: the nearest about each."""
+        centre, radius = start.translation.double().numpy(), np.array([self.pool[index].radius for index in chosen])
+        away = np.linalg.norm(centre[:, None] - centre[None, len(chosen) - fresh :], axis=-1) - radius[:, None]
+        return np.unique(np.argsort(away, axis=0)[:VICINITY]).tolist()
+
+    def apart(self, chosen: list[int], start: Start, seed: int, movers: list[int] | None = None) -> tuple[Start, float]:
+        """Press the objects apart; the poses, and the overlap left: the integral of its depth, metres to the fourth.
+
+        movers : the objects that may move, as places in `chosen`; all where None.
+        """
         press = replace(self._settle_settings(seed), overlap_weight=1.0, lambda_=3.0, iterations=80)
         rate = 3 * press.learning_rate
         unit, recent = self.container.volume / press.query_points, deque(maxlen=5)
@@ -143,17 +155,18 @@ class Press:
                 return False
             return overlap > max(self.hopeless, LEEWAY * max(course[step.iteration] for course in self._held))
 
-        run = self._arrange(chosen, start, replace(press, learning_rate=rate, final_learning_rate=rate / 6), hopeless)
-        return run.start, sum(recent) / max(1, len(recent)) * unit
+        press = replace(press, learning_rate=rate, final_learning_rate=rate / 6)
+        start = self._arrange(chosen, start, press, movers, hopeless)
+        return start, sum(recent) / max(1, len(recent)) * unit
 
-    def settle(self, chosen: list[int], start: Start, seed: int) -> Start | None:
+    def settle(self, chosen: list[int], start: Start, seed: int, movers: list[int] | None = None) -> Start | None:
         """Take the last thin overlaps away, by contact alone, then by exact booleans; None where they do not go."""
         bodies = [self.pool[index] for index in chosen]
         for again in range(SETTLINGS):
-            start = self._arrange(chosen, start, self._settle_settings(seed + again)).start
+            start = self._arrange(chosen, start, self._settle_settings(seed + again), movers)
             if self.spent():
                 return None
-            mended = mend(bodies, start, self.container, STRICT * TOLERANCE, NEARLY)
+            mended = mend(bodies, start, self.container, STRICT * TOLERANCE, NEARLY, movers)
             if mended is not None:
                 if len(self._course) == len(CHECKED):
                     self._held.append(self._course)
@@ -165,6 +178,7 @@ class Press:
         return replace(
             self.settings,
             iterations=60,
+            resolution=UNSEEN,
             learning_rate=rate,
             final_learning_rate=rate / 20,
             silhouette_weight=0.0,
@@ -178,12 +192,18 @@ class Press:
         )
 
     def _arrange(
-        self, chosen, start: Start, settings: Settings, ends: Callable[[Step], bool] | None = None
-    ) -> Arrangement:
-        bodies = [self.pool[index] for index in chosen]
-        if self._scene is None or self._scene[0] != chosen:
-            self._scene = list(chosen), Scene(bodies, self.container, self.cameras, self.device)
-        problem = Problem(bodies, self.container)
+        self, chosen, start: Start, settings: Settings, movers, ends: Callable[[Step], bool] | None = None
+    ) -> Start:
+        """Optimise the movers among those that they may come to meet; the poses of all."""
+        movers = range(len(chosen)) if movers is None else movers
+        seen = [*movers, *self._obstacles(chosen, start, movers)]
+        indices, obstacles = [chosen[i] for i in seen], len(seen) - len(movers)
+        bodies = [self.pool[index] for index in indices]
+        if self._scene is None or self._scene[0] != (indices, obstacles):
+            stack = self.stack.take(indices)
+            made = Scene(bodies, self.container, self.cameras, self.device, obstacles=obstacles, stack=stack)
+            self._scene = (indices, obstacles), made
+        problem = Problem(bodies, self.container, obstacles=obstacles)
         ended = False
 
         def after(step: Step) -> bool:
@@ -191,11 +211,21 @@ class Press:
             ended = self.spent() or (ends is not None and ends(step))
             return ended
 
-        run = arrange(problem, settings, start, self.device, scene=self._scene[1], callback=after)
+        run = arrange(problem, settings, start.take(seen), self.device, scene=self._scene[1], callback=after)
         if run.interrupted and not ended:
             raise KeyboardInterrupt
         self.history.append(run.history)
-        return run
+        rotation, translation = start.rotation.double().clone(), start.translation.double().clone()
+        rotation[seen], translation[seen] = run.rotation, run.translation
+        return Start(rotation, translation)
+
+    def _obstacles(self, chosen: list[int], start: Start, movers: Sequence[int]) -> list[int]:
+        """The other objects whose boxes lie within SIGHT of a mover's."""
+        rest = np.setdiff1d(np.arange(len(chosen)), movers)
+        reach = (start.rotation.double().abs() @ self.half[chosen].double()[:, :, None])[:, :, 0].numpy()
+        reach, centre = reach + SIGHT * self.radius / 2, start.translation.double().numpy()
+        apart = np.abs(centre[rest][:, None] - centre[movers][None]) > reach[rest][:, None] + reach[movers][None]
+        return rest[(~apart.any(-1)).any(1)].tolist()
 
 
 def join(first: Start, second: Start) -> Start:

@@ -83,17 +83,20 @@ class Settings:
 class Problem:
     """What to arrange: bodies in a container before cameras, with targets `(K, H, W)` in [0, 1], row 0 on top.
 
-    cameras None: the container's own views; targets None: the container's own silhouettes.
+    cameras None: the container's own views; targets None: the container's own silhouettes. obstacles : the last so
+    many bodies stay where they start, and the others are pressed against them.
     """
 
     bodies: Sequence[Body]
     container: Container
     cameras: Sequence[Camera] | None = None
     targets: np.ndarray | None = None
+    obstacles: int = 0
 
     def scene(self, device: str | torch.device = "cpu", dtype: torch.dtype = torch.float32) -> Scene:
         """The problem's tensors on a device."""
-        return Scene(self.bodies, self.container, self.cameras or self.container.views(), device, dtype)
+        cameras = self.cameras or self.container.views()
+        return Scene(self.bodies, self.container, cameras, device, dtype, self.obstacles)
 
 
 @dataclass(frozen=True)

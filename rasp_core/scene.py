@@ -14,7 +14,7 @@ from .cameras import Camera
 from .contact import SurfaceSamples
 from .containers import Container
 from .errors import InputError
-from .meshes import Body, make_body
+from .meshes import Alike, Body, make_body
 from .outlines import Outlines, Views
 from .sdf import CELLS, GridStack
 from .silhouettes import render_at_rest
@@ -27,7 +27,10 @@ class Scene:
     """N bodies in a container before K views.
 
     outlines, stack, views : what the losses need, see their modules. half `(N, 3)`, radius `(N,)`: the bodies' boxes
-    and spheres. samples : points on their surfaces. width : the widest view's, metres.
+    and spheres. samples : points on their surfaces. width : the widest view's, metres. movers : how many of the bodies,
+    the first ones, may move; the `obstacles` behind them stay. stack : the bodies' grids, where they are at hand.
+
+    Raises InputError where nothing can move.
     """
 
     def __init__(
@@ -37,15 +40,19 @@ class Scene:
         cameras: Sequence[Camera],
         device: str | torch.device = "cpu",
         dtype: torch.dtype = torch.float32,
+        obstacles: int = 0,
+        stack: GridStack | None = None,
     ):
-        if not bodies:
-            raise InputError("there is nothing to arrange; give at least one object")
+        if not 0 <= obstacles < len(bodies):
+            raise InputError("there is nothing to arrange; give at least one object that may move")
+        self.movers = len(bodies) - obstacles
         self.bodies, self.container, self.cameras = list(bodies), container, list(cameras)
         self.device, self.dtype = resolve_device(device), dtype
         self.width = max(camera.width for camera in cameras)
         self.outlines = Outlines(bodies, self.device, dtype)
-        self.stack = GridStack.of_bodies(bodies, self.device, dtype)
+        self.stack = GridStack.of_bodies(bodies, self.device, dtype) if stack is None else stack
         self.views = Views(cameras, self.device, dtype)
+        self.moving_vertices = sum(len(body.solid_vertices) for body in bodies[: self.movers])
         self.half = self._tensor([body.half_extents for body in bodies])
         self.radius = self._tensor([body.radius for body in bodies])
         self.samples = surface_samples(bodies, self.device, dtype)
@@ -89,24 +96,11 @@ def resolve_device(name: str | torch.device) -> torch.device:
 
 def _surface_points(body: Body) -> np.ndarray:
     """`(S, 3)` vertices of the solid (at most half of the points) and points spread over its faces by area."""
-    return _cached_points(_Key(body))
-
-
-class _Key:
-    """A body that hashes by its geometry, so that equal bodies share their samples."""
-
-    def __init__(self, body: Body):
-        self.body = body
-
-    def __hash__(self):
-        return hash(self.body.digest)
-
-    def __eq__(self, other):
-        return self.body.digest == other.body.digest
+    return _cached_points(Alike(body))
 
 
 @lru_cache(maxsize=1024)
-def _cached_points(key: _Key) -> np.ndarray:
+def _cached_points(key: Alike) -> np.ndarray:
     body = key.body
     spacing = SAMPLE_SPACING * 2 * body.half_extents.max() / CELLS
     mesh = trimesh.Trimesh(body.solid_vertices, body.solid_faces, process=False)
