@@ -13,7 +13,7 @@ from .containers import Container
 from .losses import runs, to_world
 from .sdf import NEAR, GridStack
 
-CHUNKS = 8  # that the compiled loop adds up one by one, so that the sums do not depend on the number of threads
+CHUNKS = 8  # that the compiled loops do one by one, so that the sums do not depend on the number of threads
 
 
 @dataclass(frozen=True)
@@ -54,8 +54,7 @@ def neighbours(
     """
     movers = len(half) if movers is None else movers
     if engine.compiled(rotation.device):
-        found = engine.share(
-            _kernels().neighbours,
+        scene = (
             container.arrays(rotation.dtype),
             stack.arrays,
             half.numpy(),
@@ -65,7 +64,14 @@ def neighbours(
             reach,
             movers,
         )
-        return Neighbours(*(torch.from_numpy(np.concatenate(rows)) for rows in zip(*found, strict=True)))
+
+        def chunks(worker: int, workers: int) -> dict:
+            mine = range(worker, CHUNKS, workers)
+            return {chunk: _kernels().neighbours(chunk, CHUNKS, *scene) for chunk in mine}
+
+        found = {chunk: rows for part in engine.share(chunks) for chunk, rows in part.items()}
+        in_order = zip(*(found[chunk] for chunk in range(CHUNKS)), strict=True)
+        return Neighbours(*(torch.from_numpy(np.concatenate(rows)) for rows in in_order))
     bodies = len(half)
     with torch.no_grad():
         rotation, translation = rotation.reshape(-1, 3, 3), translation.reshape(-1, 3)

@@ -132,12 +132,13 @@ class _Search:
         """The easiest of some moves: the one whose object shares least with the others where it is put."""
         found, least = None, self.press.shareable
         for _ in range(MOVES):
-            chosen, start, candidates = self._move()
-            self.press.look(chosen, start)
+            out, candidates = self._move()
+            self.press.look(self.chosen, self.start, out)
             place = self.press.least_shared(candidates, least)
             if place is not None:
                 index, pose, least = place
-                found = [*chosen, index], join(start, pose)
+                keep = [i for i in range(len(self.chosen)) if i != out]
+                found = [*(self.chosen[i] for i in keep), index], join(self.start.take(keep), pose)
         return found
 
     def _propose_many(self) -> tuple[list[int], Start] | None:
@@ -145,15 +146,15 @@ class _Search:
         chosen, start = self.press.add(self.chosen, self.start, self.batch, self.press.shareable)
         return (chosen, start) if len(chosen) > len(self.chosen) else None
 
-    def _move(self) -> tuple[list[int], Start, np.ndarray]:
-        """The objects that stay, and some that may come: one more, or a larger one for one that is taken out."""
-        keep, least = list(range(len(self.chosen))), 0.0
-        if keep and self.random.random() < SWAPS:
-            least = self.volumes[self.chosen[keep.pop(self.random.integers(len(keep)))]]
+    def _move(self) -> tuple[int | None, np.ndarray]:
+        """The place of an object that is taken out, None for none, and some that may come: one more, or a larger one."""
+        out, least = None, 0.0
+        if self.chosen and self.random.random() < SWAPS:
+            out = int(self.random.integers(len(self.chosen)))
+            least = self.volumes[self.chosen[out]]
         rest = np.setdiff1d(np.arange(len(self.pool)), self.chosen)
         rest = rest[(self.volumes[rest] > least * (1 + 1e-6)) & (self.volumes[rest] < least + 2 * self.volumes.mean())]
-        candidates = self.random.choice(rest, min(CANDIDATES, len(rest)), replace=False)
-        return [self.chosen[i] for i in keep], self.start.take(keep), candidates
+        return out, self.random.choice(rest, min(CANDIDATES, len(rest)), replace=False)
 
     def _settle(self, chosen: list[int], start: Start) -> tuple[list[int], Start] | None:
         """Press the objects apart until the certificate holds; None where it does not come to that."""

@@ -128,8 +128,8 @@ def _append(found, count, sample, own, other):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def neighbours(worker, workers, wall, grids, half, rotation, translation, points, first, reach, movers):
-    """Rows (sample, own, other) of the samples of this worker's bodies near another body, and (sample, own, -1) of
+def neighbours(chunk, chunks, wall, grids, half, rotation, translation, points, first, reach, movers):
+    """Rows (sample, own, other) of the samples of every `chunks`-th body near another body, and (sample, own, -1) of
     those near the wall; see `contact.neighbours`. Body i has the samples `first[i]:first[i + 1]`; body i of start s
     is called `s * N + i`. Bodies from `movers` on do not move."""
     bodies, placed = len(half), rotation.shape[0] * len(half)
@@ -143,7 +143,7 @@ def neighbours(worker, workers, wall, grids, half, rotation, translation, points
     touching_count, wall_count = 0, 0
     met = np.empty(bodies, np.int64)
     values, starts, shapes, origins, spacings = grids
-    for own in range(worker * placed // workers, (worker + 1) * placed // workers):
+    for own in range(chunk, placed, chunks):
         r, t, i = rotation[own], translation[own], own % bodies
         meetings = 0
         for other in range(own - i, own - i + bodies):

@@ -24,7 +24,8 @@ from .scene import Scene
 from .sdf import GridStack, bake_cached
 from .voxels import Room, Turned
 
-VOIDS = 48  # voxels along the container's longest edge, in which voids are looked for
+VOID_CELLS = 5  # voxels along a mean object's radius, in which voids are looked for
+VOIDS = 48, 128  # of them along the container's longest edge, at least and at most
 TURNS = 16  # rotations looked at for each object
 CANDIDATES = 4  # objects of which the one that shares least is taken
 HOPELESS_SHARED = 0.15  # of a mean object's volume: objects that share more are not pressed in
@@ -79,21 +80,30 @@ class Press:
         """Work in this container from now on."""
         self.container, self.cameras = container, container.views()
         self.width = max(camera.width for camera in self.cameras)
-        self.room = Room(container, float(np.ptp(container.bounds, axis=0).max()) / VOIDS, margin=0.0)
+        edge = float(np.ptp(container.bounds, axis=0).max())
+        self.room = Room(container, edge / np.clip(edge / self.radius * VOID_CELLS, *VOIDS), margin=0.0)
+        self._looked: tuple[Start | None, np.ndarray | None] = None, None
         self._scene: tuple[list[int], Scene] | None = None
 
     # -- voids -------------------------------------------------------------------------------------------------------
 
-    def look(self, chosen: list[int], start: Start) -> None:
-        """Note where these objects lie, for `least_shared`."""
+    def look(self, chosen: list[int], start: Start, without: int | None = None) -> None:
+        """Note where these objects lie, but for the one at place `without`, for `least_shared`."""
+        if self._looked[0] is not start:
+            self._looked = start, self._occupancy(chosen, start)
+        taken = self._looked[1]
+        if without is not None:
+            taken = taken - self._occupancy([chosen[without]], start.take([without]))
+        self.room.clear(taken > 0)
+
+    def _occupancy(self, chosen: list[int], start: Start) -> np.ndarray:
+        """How many objects each of the room's voxels has its middle in."""
         if not chosen:
-            self.room.clear()
-            return
+            return np.zeros(self.room.shape, np.int16)
         origin = torch.tensor(self.room.origin + self.room.voxel / 2, device=self.device).float()
         lattice = losses.Lattice(origin, self.room.voxel, tuple(map(int, self.room.shape)), None)
         place = (x.to(self.device).float() for x in (start.rotation, start.translation))
-        taken = losses.occupancy(self.stack.take(chosen), self.half[chosen], *place, lattice)
-        self.room.clear(taken.cpu().numpy() > 0)
+        return losses.occupancy(self.stack.take(chosen), self.half[chosen], *place, lattice).cpu().numpy()
 
     def least_shared(self, candidates: Iterable[int], least: float) -> tuple[int, Start, float] | None:
         """The object, its pose, and the volume in cubic metres that it shares with what `look` saw: the least of all;

@@ -200,7 +200,7 @@ class _Search:
         moved, least = (order, start), np.inf
         for out in self.random.choice(order, min(MOVES, len(order)), replace=False).tolist():
             rest = [index for index in order if index != out]
-            self.press.look(rest, start.take(rest))
+            self.press.look(order, start, out)
             found = self.press.least_shared([out], least * self.volumes[out])
             if found is not None:
                 moved, least = ([*rest, out], join(start.take(rest), found[1])), found[2] / self.volumes[out]
