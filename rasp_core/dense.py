@@ -27,7 +27,8 @@ from .scene import resolve_device
 EFFORT = 400  # tries, where no time is given
 REBUILD_SHARE = 0.2  # of the seconds
 REBUILD_VOXELS = 10_000  # looked at in rebuilding for each unit of effort; above, pressing in is worth more
-MOVES = 4  # looked at in each try
+MOVES = 8  # looked at in each try
+YIELDING = 0.01  # of a mean object's volume: shared, it is pressed out e times less often
 BATCH = 16  # objects put in at once, at most: twice as many after each success, half after each failure
 SWAPS = 0.7  # share of the moves that take an object out for a larger one
 
@@ -129,15 +130,21 @@ class _Search:
             self.batch = min(2 * self.batch, BATCH) if len(self.chosen) > before else max(1, self.batch // 2)
 
     def _propose(self) -> tuple[list[int], Start] | None:
-        """The easiest of some moves: the one whose object shares least with the others where it is put."""
-        found, least = None, self.press.shareable
+        """The most promising of some moves: what it gains, times the chance that what it shares with the others where
+        it is put can be pressed out."""
+        found, best = None, -np.inf
+        mean = self.volumes.mean()
         for _ in range(MOVES):
             out, candidates = self._move()
             self.press.look(self.chosen, self.start, out)
-            place = self.press.least_shared(candidates, least)
-            if place is not None:
-                index, pose, least = place
-                keep = [i for i in range(len(self.chosen)) if i != out]
+            place = self.press.least_shared(candidates, self.press.shareable)
+            if place is None:
+                continue
+            index, pose, shared = place
+            gain = self.volumes[index] - (0 if out is None else self.volumes[self.chosen[out]])
+            promise = np.log(gain) - shared / self.container.volume / (YIELDING * mean)
+            if promise > best:
+                keep, best = [i for i in range(len(self.chosen)) if i != out], promise
                 found = [*(self.chosen[i] for i in keep), index], join(self.start.take(keep), pose)
         return found
 

@@ -27,7 +27,7 @@ from .voxels import Room, Turned
 VOID_CELLS = 5  # voxels along a mean object's radius, in which voids are looked for
 VOIDS = 48, 128  # of them along the container's longest edge, at least and at most
 TURNS = 16  # rotations looked at for each object
-CANDIDATES = 4  # objects of which the one that shares least is taken
+CANDIDATES = 1  # objects of which the one that shares least is taken
 HOPELESS_SHARED = 0.15  # of a mean object's volume: objects that share more are not pressed in
 HOPELESS_OVERLAP = 1e-4  # mean volumes times radii: Eq. 4 as a volume integral, after pressing
 CHECKED = (15, 25, 40)  # iterations of pressing after which it may be given up
@@ -38,7 +38,7 @@ SETTLINGS = 2  # of what contact has not quite freed, the second helps half
 NEARLY = 20 * TOLERANCE  # faults that exact booleans may still take away
 STRICT = 0.95  # of the certificate's tolerance, for what rounding makes of volumes
 RATE = 0.033  # of a mean object's radius: the first step while pressing
-VICINITY = 24  # objects about a new one that move with it
+VICINITY = 32  # objects about a new one that move with it
 SIGHT = 0.5  # of a mean object's radius: how far about them the others are looked at
 UNSEEN = 8  # pixels along the edge of silhouettes that do not count here
 CLEARANCE = 6e-4  # contact margin, of the viewing width
