@@ -20,7 +20,7 @@ from .certify import TOLERANCE, Certificate, certify
 from .containers import Container
 from .meshes import Body
 from .packing import Packing, check_sizes, finish, progress_bar
-from .pressing import CANDIDATES, Press, join
+from .pressing import Press, join
 from .problem import Settings, Start
 from .scene import resolve_device
 
@@ -135,9 +135,9 @@ class _Search:
         found, best = None, -np.inf
         mean = self.volumes.mean()
         for _ in range(MOVES):
-            out, candidates = self._move()
+            out, index = self._move()
             self.press.look(self.chosen, self.start, out)
-            place = self.press.least_shared(candidates, self.press.shareable)
+            place = None if index is None else self.press.least_shared([index], self.press.shareable)
             if place is None:
                 continue
             index, pose, shared = place
@@ -153,15 +153,15 @@ class _Search:
         chosen, start = self.press.add(self.chosen, self.start, self.batch, self.press.shareable)
         return (chosen, start) if len(chosen) > len(self.chosen) else None
 
-    def _move(self) -> tuple[int | None, np.ndarray]:
-        """The place of an object that is taken out, None for none, and some that may come: one more, or a larger one."""
+    def _move(self) -> tuple[int | None, int | None]:
+        """The place of an object that is taken out, None for none, and one that may come, larger; None for none."""
         out, least = None, 0.0
         if self.chosen and self.random.random() < SWAPS:
             out = int(self.random.integers(len(self.chosen)))
             least = self.volumes[self.chosen[out]]
         rest = np.setdiff1d(np.arange(len(self.pool)), self.chosen)
         rest = rest[(self.volumes[rest] > least * (1 + 1e-6)) & (self.volumes[rest] < least + 2 * self.volumes.mean())]
-        return out, self.random.choice(rest, min(CANDIDATES, len(rest)), replace=False)
+        return out, int(self.random.choice(rest)) if len(rest) else None
 
     def _settle(self, chosen: list[int], start: Start) -> tuple[list[int], Start] | None:
         """Press the objects apart until the certificate holds; None where it does not come to that."""

@@ -27,7 +27,7 @@ from .voxels import Room, Turned
 VOID_CELLS = 5  # voxels along a mean object's radius, in which voids are looked for
 VOIDS = 48, 128  # of them along the container's longest edge, at least and at most
 TURNS = 16  # rotations looked at for each object
-CANDIDATES = 1  # objects of which the one that shares least is taken
+CANDIDATES = 4  # objects of which the one that shares least is taken
 HOPELESS_SHARED = 0.15  # of a mean object's volume: objects that share more are not pressed in
 HOPELESS_OVERLAP = 1e-4  # mean volumes times radii: Eq. 4 as a volume integral, after pressing
 CHECKED = (15, 25, 40)  # iterations of pressing after which it may be given up

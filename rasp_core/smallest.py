@@ -148,7 +148,7 @@ class _Search:
             self.budget.tries += 1
             self.bar.update()
             more, there = self.press.add(chosen, start, batch, np.inf)
-            settled = None if len(more) == len(chosen) else self._pressed(more, there)
+            settled = None if len(more) == len(chosen) else self._pressed(more, there, len(more) - len(chosen))
             if settled is not None:
                 chosen, start, failed, batch = more, settled, 0, min(2 * batch, BATCH)
                 continue
@@ -179,12 +179,14 @@ class _Search:
         if held is not None:
             self._keep(*self._drawn_in(held.take(np.argsort(order))))
 
-    def _pressed(self, chosen: list[int], start: Start) -> Start | None:
+    def _pressed(self, chosen: list[int], start: Start, fresh: int | None = None) -> Start | None:
+        """The poses after pressing, of the objects about the last `fresh`, or of all; None where that does not hold."""
         seed = self.settings.seed + self.budget.tries
-        start, overlap = self.press.apart(chosen, start, seed)
+        movers = None if fresh is None else self.press.vicinity(chosen, start, fresh)
+        start, overlap = self.press.apart(chosen, start, seed, movers)
         if overlap > self.press.hopeless:
             return None
-        return self.press.settle(chosen, start, seed)
+        return self.press.settle(chosen, start, seed, movers)
 
     def _smaller(self) -> np.ndarray:
         """The edges of the next box to try: all free edges shorter, or a random one of them."""
