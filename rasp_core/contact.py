@@ -85,7 +85,10 @@ def neighbours(
         turn, shift = back @ rotation[first], (back @ (translation[first] - translation[second])[:, :, None])[:, :, 0]
         local = (turn[pair] @ samples.points[sample][:, :, None])[:, :, 0] + shift[pair]
         other = second[pair]
-        near = (local.abs() < half[again[other]] + reach).all(1).nonzero()[:, 0]
+        upright = (rotation[other].abs() @ half[again[other]][:, :, None])[:, :, 0]
+        offset = to_world(rotation, translation, first[pair], samples.points[sample]) - translation[other]
+        within = (local.abs() < half[again[other]] + reach) & (offset.abs() < upright + reach)
+        near = within.all(1).nonzero()[:, 0]
         pair, sample, local, other = pair[near], sample[near], local[near], other[near]
         value = stack.nearest(again[other], local)
         near = (value < reach + NEAR * stack.spacing[again[other]]).nonzero()[:, 0]

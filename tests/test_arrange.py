@@ -32,6 +32,18 @@ def test_overlapping_bodies_are_separated_inside_the_box(problem):
     assert certify(problem.bodies, after.matrices, BOX).holds
 
 
+@pytest.mark.parametrize("several", [False, True])
+def test_obstacles_stay_and_the_others_are_pressed_off_them(two_balls, several):
+    room = containers.box((20, 20, 20))
+    start = Start(torch.eye(3).repeat(2, 1, 1), torch.tensor([[0.0, 0, 0], [1.0, 0.2, 0.1]]))
+    settings = replace(QUICK, iterations=100, silhouette_weight=0, overlap_weight=0, lambda_=1, contact_weight=1)
+    run = arrange(Problem(two_balls, room, obstacles=1), settings, [start, start] if several else start)
+    for found in run if several else [run]:
+        assert torch.equal(found.translation[1], start.translation[1].double())
+        assert torch.equal(found.rotation[1], start.rotation[1].double())
+        assert (found.translation[0] - found.translation[1]).norm() > 1.95
+
+
 def test_silhouettes_alone_bring_a_body_onto_its_target(two_balls):
     room = containers.box((6, 6, 6))
     settings = Settings(iterations=150, resolution=64, overlap_weight=0, lambda_=0, learning_rate=2e-2)

@@ -26,7 +26,7 @@ def start(*centres):
 
 def test_slopes_are_those_of_the_volume():
     bodies, there = kitchen_like(2), start((0, 0, 0), (0.02, 0.01, 0.005))
-    faults = mending._Faults(bodies, box((9, 9, 9)))
+    faults = mending._Faults(bodies, box((9, 9, 9)), np.ones(2, bool))
     (fault,) = faults.at(there)
     assert fault.movers == (0, 1)
     assert fault.share == pytest.approx(fault.volume / min(body.volume for body in bodies))
@@ -63,6 +63,16 @@ def test_thin_overlaps_and_protrusions_are_taken_away():
     assert (mended.translation - there.translation).abs().max() < 1e-3, "a small move will do"
 
 
+def test_only_the_movers_move():
+    bodies = [block(name, 0.1, 0.1, 0.1) for name in "abc"]
+    there = Start(torch.eye(3).double().repeat(3, 1, 1), torch.tensor([[0, 0, 0], [0.0998, 0, 0], [0.0998, 0.0998, 0]]))
+    mended = mending.mend(bodies, there, box((0.5, 0.5, 0.2)), movers=[1])
+    assert (mended.translation != there.translation).any(1).tolist() == [False, True, False]
+    far = Start(there.rotation, torch.tensor([[0, 0, 0], [0.0, 0.05, 0], [0.2, 0, 0]]))
+    same = mending.mend(bodies, far, box((0.5, 0.5, 0.2)), movers=[2])
+    assert torch.equal(same.translation, far.translation.double()), "what others share is taken as it is"
+
+
 def test_large_faults_are_not_tried():
     bodies = [block(name, 0.1, 0.1, 0.1) for name in "ab"]
     there = Start(torch.eye(3).double().repeat(2, 1, 1), torch.tensor([[-0.049, 0.0, 0.0], [0.049, 0, 0]]))
@@ -81,7 +91,7 @@ def test_only_what_moved_is_tested_again(monkeypatch):
     there = Start(
         torch.eye(3).double().repeat(3, 1, 1), torch.tensor([[0, 0, 0], [0.09, 0, 0], [0.18, 0, 0.0]]).double()
     )
-    faults, noted = mending._Faults(bodies, box((0.6, 0.4, 0.1))), []
+    faults, noted = mending._Faults(bodies, box((0.6, 0.4, 0.1)), np.ones(3, bool)), []
     note = mending._Faults._note
     monkeypatch.setattr(mending._Faults, "_note", lambda self, who, what: (noted.append(who), note(self, who, what)))
     first = {fault.movers: fault.volume for fault in faults.at(there)}

@@ -5,6 +5,7 @@ import pytest
 import torch
 
 from data_fetch import kitchen_like
+from rasp_core import pressing
 from rasp_core.arrange import file_to_world
 from rasp_core.certify import certify
 from rasp_core.containers import box
@@ -33,6 +34,24 @@ def test_an_object_goes_into_the_void_and_settles(press):
     bodies = [press.pool[2], press.pool[other]]
     assert certify(bodies, file_to_world(bodies, settled.rotation, settled.translation), ROOM).holds
     assert all(len(history) for history in press.history)
+
+
+def test_only_what_lies_about_a_new_object_is_pressed(press, monkeypatch):
+    monkeypatch.setattr(pressing, "VICINITY", 2)
+    row = Start(torch.eye(3).repeat(4, 1, 1), torch.tensor([[-0.07, 0, 0], [0.07, 0, 0], [0, 0.07, 0], [0.05, 0, 0]]))
+    chosen = [0, 1, 2, 3]
+    movers = press.vicinity(chosen, row, fresh=1)
+    assert movers == [1, 3]
+    moved, _ = press.apart(chosen, row, 0, movers)
+    assert (moved.translation != row.translation).any(1).tolist() == [False, True, False, True]
+
+
+def test_one_object_may_be_left_out_of_sight(press):
+    there = Start(torch.eye(3).repeat(2, 1, 1), torch.tensor([[-0.05, 0.0, 0.0], [0.05, 0.0, 0.0]]))
+    press.look([0, 1], there, without=0)
+    one = press.room.taken.copy()
+    press.look([1], there.take([1]))
+    assert (one == press.room.taken).all()
 
 
 def test_what_cannot_hold_does_not_settle(press):

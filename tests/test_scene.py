@@ -47,6 +47,8 @@ def test_a_boxes_silhouettes_are_its_faces():
 def test_nothing_to_arrange_is_refused():
     with pytest.raises(InputError, match="nothing to arrange"):
         Scene([], BOX, BOX.views())
+    with pytest.raises(InputError, match="may move"):
+        Scene(kitchen_like(2), BOX, BOX.views(), obstacles=2)
 
 
 def test_devices():
