@@ -27,8 +27,9 @@ from .scene import resolve_device
 EFFORT = 400  # tries, where no time is given
 REBUILD_SHARE = 0.2  # of the seconds
 REBUILD_VOXELS = 10_000  # looked at in rebuilding for each unit of effort; above, pressing in is worth more
-MOVES = 8  # looked at in each try
-YIELDING = 0.01  # of a mean object's volume: shared, it is pressed out e times less often
+MOVES = 24  # looked at in each try
+YIELDING = 1e-4, 0.02  # of a mean object's volume, at least and at most: shared, it is pressed out e times less often
+YIELDS, RESISTS = 1.3, 0.8  # what that is multiplied by after a try that came off, and one that did not
 BATCH = 16  # objects put in at once, at most: twice as many after each success, half after each failure
 SWAPS = 0.7  # share of the moves that take an object out for a larger one
 
@@ -77,7 +78,7 @@ class _Search:
         self.start = Start(torch.zeros(0, 3, 3), torch.zeros(0, 3))
         self.press: Press | None = None
         self.rounds: list[dict] = []
-        self.batch, self.interrupted = 1, False
+        self.batch, self.yielding, self.interrupted = 1, YIELDING[1], False
         self.bar = progress_bar("dense", "try", progress, budget.effort)
 
     @property
@@ -124,6 +125,7 @@ class _Search:
             self.bar.update()
             proposal = self._propose() if self.batch == 1 else self._propose_many()
             settled = None if proposal is None else self._settle(*proposal)
+            self.yielding = float(np.clip(self.yielding * (RESISTS if settled is None else YIELDS), *YIELDING))
             before = len(self.chosen)
             if settled is not None and self.volumes[settled[0]].sum() > self.density - 1e-9:
                 self._keep(*settled)
@@ -142,7 +144,7 @@ class _Search:
                 continue
             index, pose, shared = place
             gain = self.volumes[index] - (0 if out is None else self.volumes[self.chosen[out]])
-            promise = np.log(gain) - shared / self.container.volume / (YIELDING * mean)
+            promise = np.log(gain) - shared / self.container.volume / (self.yielding * mean)
             if promise > best:
                 keep, best = [i for i in range(len(self.chosen)) if i != out], promise
                 found = [*(self.chosen[i] for i in keep), index], join(self.start.take(keep), pose)
@@ -166,7 +168,7 @@ class _Search:
     def _settle(self, chosen: list[int], start: Start) -> tuple[list[int], Start] | None:
         """Press the objects apart until the certificate holds; None where it does not come to that."""
         seed = self.settings.seed + self.budget.tries
-        fresh = len(set(chosen) - set(self.chosen))
+        fresh = max(1, len(chosen) - len(self.chosen))
         movers = self.press.vicinity(chosen, start, fresh)
         start, overlap = self.press.apart(chosen, start, seed, movers)
         settled = self.press.settle(chosen, start, seed, movers) if overlap <= self.press.hopeless else None

@@ -15,6 +15,7 @@ import manifold3d
 import numpy as np
 import trimesh
 
+from . import untrusted
 from .errors import InputError, MeshError
 
 MESH_SUFFIXES = (".obj", ".stl", ".ply", ".off", ".glb", ".3mf")
@@ -168,17 +169,10 @@ def load_body(path: str | Path) -> Body:
     Raises MeshError naming the file.
     """
     path = Path(path)
-    if not path.exists():
-        raise MeshError(f"{path}: no such file; check the path")
     if path.suffix.lower() not in MESH_SUFFIXES:
         raise MeshError(f"{path}: not a mesh file; use one of {' '.join(MESH_SUFFIXES)}")
-    try:
-        mesh = trimesh.load_mesh(path, process=False)
-        mesh = mesh.to_mesh() if isinstance(mesh, trimesh.Scene) else mesh
-        vertices, faces = mesh.vertices, mesh.faces
-    except Exception as error:  # trimesh's readers raise whatever their parsers raise
-        raise MeshError(f"{path}: cannot be read as a mesh ({_one_line(error)}); export it again") from error
-    body = make_body(str(path), vertices, faces)
+    mesh = untrusted.load(path).to_mesh()
+    body = make_body(str(path), mesh.vertices, mesh.faces)
     return Body(**{**body.__dict__, "name": path.stem})
 
 
@@ -262,7 +256,3 @@ def _largest_closed(vertices, faces):
 def _submesh(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     used, renumbered = np.unique(faces, return_inverse=True)
     return vertices[used], renumbered.reshape(-1, 3)
-
-
-def _one_line(error: Exception) -> str:
-    return " ".join(str(error).split())[:120] or type(error).__name__
