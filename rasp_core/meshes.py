@@ -125,13 +125,14 @@ def unite(vertices: np.ndarray, faces: np.ndarray) -> manifold3d.Manifold:
     """
     mesh = trimesh.Trimesh(vertices, faces, process=False)
     labels = trimesh.graph.connected_component_labels(mesh.face_adjacency, node_count=len(faces))
-    pieces = [to_manifold(*_submesh(vertices, faces[labels == label])) for label in range(labels.max() + 1)]
+    groups = np.split(faces[np.argsort(labels, kind="stable")], np.cumsum(np.bincount(labels))[:-1])
+    pieces = [to_manifold(*_submesh(vertices, group)) for group in groups]
     if sum(piece.volume() for piece in pieces) < 0:
         return unite(vertices, faces[:, ::-1])
     solid = manifold3d.Manifold.batch_boolean([piece for piece in pieces if piece.volume() > 0], manifold3d.OpType.Add)
-    for label, piece in enumerate(pieces):
+    for group, piece in zip(groups, pieces, strict=True):
         if piece.volume() < 0:
-            solid -= to_manifold(*_submesh(vertices, faces[labels == label][:, ::-1]))
+            solid -= to_manifold(*_submesh(vertices, group[:, ::-1]))
     return solid
 
 
@@ -139,10 +140,12 @@ def make_body(name: str, vertices: np.ndarray, faces: np.ndarray) -> Body:
     """A `Body` from any triangle soup that is closed, or can be closed.
 
     vertices `(V, 3)` in metres, faces `(F, 3)`. Raises MeshError naming `name` where there is nothing to work
-    with: no faces, coordinates that are not finite, an open surface that cannot be closed, no volume.
+    with: no faces, not three numbers each, coordinates that are not finite, an open surface that cannot be closed, no volume.
     """
-    vertices = np.asarray(vertices, np.float64).reshape(-1, 3)
-    faces = np.asarray(faces, np.int64).reshape(-1, 3)
+    vertices, faces = np.asarray(vertices, np.float64), np.asarray(faces, np.int64)
+    if vertices.size % 3 or faces.size % 3:
+        raise MeshError(f"{name}: vertices and faces need three numbers each; export it as a triangle mesh")
+    vertices, faces = vertices.reshape(-1, 3), faces.reshape(-1, 3)
     if len(faces) == 0:
         raise MeshError(f"{name}: holds no triangles; export it as a triangle mesh")
     if faces.min() < 0 or faces.max() >= len(vertices):

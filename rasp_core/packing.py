@@ -20,6 +20,8 @@ from .problem import Problem, Settings, Start
 from .sdf import bake_cached
 from .silhouettes import render
 
+MAX_DRAWS = 100_000
+
 
 @dataclass(frozen=True)
 class Packing:
@@ -43,9 +45,12 @@ class Packing:
 
 
 def draw(bodies: Sequence[Body], count: int, seed: int) -> list[Body]:
-    """`count` bodies drawn with replacement; copies are named `<name>#2`, ... Raises InputError for count < 1."""
-    if count < 1:
-        raise InputError(f"at least one object must be drawn, got {count}")
+    """`count` bodies drawn with replacement; copies are named `<name>#2`, ...
+
+    Raises InputError for a count below 1 or above `MAX_DRAWS`.
+    """
+    if not 1 <= count <= MAX_DRAWS:
+        raise InputError(f"1 to {MAX_DRAWS:,} objects can be drawn, got {count}")
     chosen = np.random.default_rng(seed).integers(0, len(bodies), count)
     return unique_names([bodies[i] for i in chosen])
 

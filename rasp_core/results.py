@@ -22,7 +22,7 @@ import numpy as np
 import trimesh
 from PIL import Image
 
-from . import show
+from . import show, untrusted
 from .arrange import LOSS_NAMES, Arrangement
 from .certify import Certificate
 from .containers import Container
@@ -31,6 +31,7 @@ from .meshes import Body, make_body
 from .painting import Painted
 
 Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])  # as pages look, a view at azimuth 0
+RECORD, PART = "result.json", ".part-"
 PACKAGES = ("torch", "numpy", "numba", "trimesh", "manifold3d", "open3d")
 
 
@@ -71,14 +72,16 @@ def save_run(
     history = arrangement.history if history is None else history
     made = not folder.exists()
     folder.mkdir(parents=True, exist_ok=True)
-    work = Path(tempfile.mkdtemp(dir=folder, prefix=".part-"))
+    for left in folder.glob(f"{PART}*"):  # by a run that was killed while it wrote
+        shutil.rmtree(left, ignore_errors=True)
+    work = Path(tempfile.mkdtemp(dir=folder, prefix=PART))
     try:
         bodies, container = arrangement.problem.bodies, arrangement.problem.container
         write_scene(work / "scene.glb", bodies, arrangement.matrices, container, painted)
         for name, matrices in (scenes or {}).items():
             write_scene(work / name, bodies, matrices, container)
         record = {**describe(arrangement, certificate, history), **facts}
-        (work / "result.json").write_text(json.dumps(record, indent=1) + "\n")
+        (work / RECORD).write_text(json.dumps(record, indent=1) + "\n")
         with (work / "history.csv").open("w", newline="") as file:
             writer = csv.writer(file)
             writer.writerow(["iteration", *LOSS_NAMES])
@@ -87,7 +90,9 @@ def save_run(
             Image.fromarray(pixels).save(work / name)
         figure = show.silhouette_figure(arrangement.targets, arrangement.images, arrangement.cameras)
         figure.savefig(work / "silhouettes.png", dpi=100)
-        for file in sorted(work.iterdir()):
+        # result.json goes first and comes last: where it is, all the others are of the same run
+        (folder / RECORD).unlink(missing_ok=True)
+        for file in sorted(work.iterdir(), key=lambda file: file.name == RECORD):
             os.replace(file, folder / file.name)
     except OSError as error:
         if made:
@@ -225,13 +230,12 @@ def read_scene(path: str | Path) -> tuple[list[Body], Container]:
     if not path.exists():
         raise InputError(f"{path}: no such scene; name a run's folder or its scene.glb")
     try:
-        scene = trimesh.load_scene(path, process=False)
-        meshes = {}
-        for node in scene.graph.nodes_geometry:
-            transform, geometry = scene.graph[node]
-            meshes[node] = scene.geometry[geometry].copy().apply_transform(transform)
-    except Exception as error:  # trimesh's readers raise whatever their parsers raise
-        raise InputError(f"{path}: cannot be read as a scene; write it with rasp pack") from error
+        scene, meshes = untrusted.load(path), {}
+    except MeshError as error:
+        raise InputError(f"{error}; rasp pack writes scenes") from error
+    for node in scene.graph.nodes_geometry:
+        transform, geometry = scene.graph[node]
+        meshes[node] = scene.geometry[geometry].copy().apply_transform(transform)
     if "container" not in meshes:
         raise InputError(f"{path}: has no node named container; write it with rasp pack")
     shell = meshes.pop("container")

@@ -12,6 +12,7 @@ import json
 import re
 import struct
 import zipfile
+import zlib
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
@@ -33,10 +34,14 @@ def read(path: Path) -> bytes:
     itself, or names other files.
     """
     try:
+        if not path.is_file():  # a folder, or a device that never ends
+            raise MeshError(f"{path}: no such file; check the path")
         size = path.stat().st_size
         if size > MAX_BYTES:
             raise MeshError(f"{path}: has {size >> 20} MiB, more than {MAX_BYTES >> 20}; simplify the mesh")
         data = path.read_bytes()
+    except MeshError:
+        raise
     except (OSError, ValueError) as error:
         words = getattr(error, "strerror", None) or str(error)
         raise MeshError(f"{path}: cannot be read ({words}); check the path") from error
@@ -114,6 +119,8 @@ def _check_glb(data: bytes) -> None:
         weights = {i: sizes[node["mesh"]] if "mesh" in node else 0 for i, node in enumerate(nodes)}
         for scene in tree.get("scenes", []):
             _check_scene(scene.get("nodes", []), children, weights)
+    except MeshError:
+        raise
     except (ValueError, KeyError, IndexError, TypeError, AttributeError, RecursionError) as error:
         raise MeshError("its GLB header makes no sense") from error
 
@@ -154,11 +161,11 @@ def _check_3mf(data: bytes) -> None:
                             children[name] = children.get(name, []) + made_of
                             weights[name] = weights.get(name, 0) + sum(1 for _ in part.iter("{*}triangle"))
                         part.clear()
+    except MeshError:
+        raise
     except (zipfile.BadZipFile, zipfile.LargeZipFile, etree.XMLSyntaxError) as error:
         raise MeshError("is no 3MF") from error
-    except (OSError, EOFError, RuntimeError, NotImplementedError, ValueError, zipfile.zlib.error) as error:
-        if isinstance(error, MeshError):
-            raise
+    except (OSError, EOFError, RuntimeError, ValueError, zlib.error) as error:
         raise MeshError("its archive is damaged") from error
     _check_scene(first, children, weights)
 

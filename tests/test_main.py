@@ -136,7 +136,7 @@ def test_objects_that_cannot_be_used_are_named_in_one_line(pool, tmp_path, capsy
         ("--count", "0", "--count must be auto or a positive number, got 0"),
         ("--count", "many", "--count must be auto"),
         ("--count", "5", "count must lie between 1 and the 4 objects"),
-        ("--repeat", "0", "at least one object must be drawn"),
+        ("--repeat", "0", "1 to 100,000 objects can be drawn"),
         ("--fit-objects", "-1", "fitted"),
         ("--iterations", "0", "iterations must be positive"),
         ("--iterations", "ten", "invalid int value"),

@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 # each module may import those before it
 ORDER = [
-    "errors", "o3d", "engine", "meshes", "poses", "cameras", "sdf", "kernels", "kernels_surface", "kernels_silhouettes",
+    "errors", "o3d", "engine", "untrusted", "meshes", "poses", "cameras", "sdf", "kernels", "kernels_surface", "kernels_silhouettes",
     "containers", "forces", "outlines", "silhouettes", "losses", "contact", "scene", "problem", "checkpoint", "arrange",
     "budget",
     "certify", "density", "packing", "voxels", "baselines", "mending", "pressing", "rasp", "dense", "smallest", "jobs",

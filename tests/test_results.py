@@ -109,7 +109,7 @@ def test_scenes_that_cannot_be_used_are_named(tmp_path):
     with pytest.raises(InputError, match="no such scene"):
         results.read_scene(tmp_path / "gone.glb")
     (tmp_path / "bad.glb").write_bytes(b"glTF nonsense")
-    with pytest.raises(InputError, match="cannot be read as a scene"):
+    with pytest.raises(InputError, match="rasp pack writes scenes"):
         results.read_scene(tmp_path / "bad.glb")
     cube, sheet = trimesh.creation.box(), trimesh.Trimesh(np.eye(3), [[0, 1, 2]])
 
