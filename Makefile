@@ -8,7 +8,7 @@ OLD ?= tests/benchmarks/reference.json
 NEW ?= $(BENCH)
 
 .DEFAULT_GOAL := help
-.PHONY: help setup figures gallery test lint format lab bench bench-compare lock clean
+.PHONY: help setup figures gallery api test lint format lab bench bench-compare lock clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -26,8 +26,11 @@ $(READY): requirements.lock pyproject.toml tools/system_libraries.py
 figures: $(READY) ## run the figure notebooks and compare their facts (SCALE=quick or paper)
 	$(BIN)/rasp figures --scale $(or $(SCALE),quick)
 
-gallery: $(READY) ## write paper_figures/README.md from claims and facts
-	$(BIN)/python -c "from rasp_core import gallery; gallery.write('paper_figures')"
+gallery: $(READY) ## write paper_figures/README.md, and out/gallery.html with scenes to turn, from claims and facts
+	$(BIN)/python -c "from rasp_core import gallery as g; g.write('paper_figures'); g.write_html('paper_figures', 'out/gallery.html')"
+
+api: $(READY) ## write the API reference into out/api
+	$(BIN)/pdoc --output-directory out/api rasp_core data_fetch
 
 test: lint ## ruff, unit tests, notebooks
 	$(BIN)/python -m pytest

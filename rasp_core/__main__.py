@@ -15,8 +15,6 @@ from typing import NoReturn
 from . import __version__, commands
 from .errors import InputError
 
-MAX_PIXELS = 4096  # along an image's edge
-
 
 class _Parser(argparse.ArgumentParser):
     """Says what is wrong in one line, without the usage."""
@@ -63,6 +61,9 @@ def _within(least: int, most: int) -> Callable[[str], int]:
     return number
 
 
+_pixels, _seed = _within(1, 4096), _within(0, 2**31 - 1)
+
+
 def _parser() -> _Parser:
     parser = _Parser(prog="rasp", description="Arrange rigid 3D objects by their shadows, without overlap.")
     parser.add_argument("--version", action="version", version=f"rasp {__version__}")
@@ -72,7 +73,7 @@ def _parser() -> _Parser:
     _add_problem(pack)
     pack.add_argument("--lambda", dest="lambda_", type=float, default=0.001, help="weight of Eq. 5 (default: 0.001)")
     pack.add_argument("--epsilon", type=float, default=0.01, help="depth of Eq. 5 in metres (default: 0.01)")
-    pack.add_argument("--seed", type=_within(0, 2**31 - 1), default=0)
+    pack.add_argument("--seed", type=_seed, default=0)
     pack.add_argument("--settle", action="store_true", help="let the packing fall under gravity, and judge it anew")
     pack.add_argument("--out", type=Path, default=Path("out"), help="the run's folder (default: out)")
     pack.set_defaults(run=commands.pack)
@@ -101,7 +102,7 @@ def _parser() -> _Parser:
     assemble.add_argument("--azimuths-deg", type=float, nargs="+", default=[0, 90, 0], help="(default: 0 90 0)")
     assemble.add_argument("--elevations-deg", type=float, nargs="+", default=[0, 0, 90], help="(default: 0 0 90)")
     assemble.add_argument("--width", type=float, help="of the silhouettes' edges, in the parts' unit")
-    assemble.add_argument("--seed", type=_within(0, 2**31 - 1), default=0)
+    assemble.add_argument("--seed", type=_seed, default=0)
     assemble.add_argument("--out", type=Path, default=Path("out"), help="the run's folder (default: out)")
     assemble.set_defaults(run=commands.assemble)
 
@@ -115,15 +116,13 @@ def _parser() -> _Parser:
     art.add_argument("--projection", default="orthographic", choices=["orthographic", "perspective"])
     art.add_argument("--width", type=float, help="of the pictures, in the objects' unit (default: chosen)")
     art.add_argument("--count", type=int, help="objects, at most (default: as many as are needed)")
-    art.add_argument(
-        "--resolution", type=_within(1, MAX_PIXELS), default=512, help="pixels along a picture (default: 512)"
-    )
+    art.add_argument("--resolution", type=_pixels, default=512, help="pixels along a picture (default: 512)")
     art.add_argument(
         "--time-limit", type=float, metavar="S", default=120.0, help="seconds after which no other width is tried (120)"
     )
     art.add_argument("--paint", action="store_true", help="paint the pictures' colours onto the heap")
     art.add_argument("--pictures", action="store_true", help="also installation.png, turntable.gif, heap.html")
-    art.add_argument("--seed", type=_within(0, 2**31 - 1), default=0)
+    art.add_argument("--seed", type=_seed, default=0)
     art.add_argument("--device", default="auto", help="auto, cpu, cuda, cuda:1, mps (default: auto)")
     art.add_argument("--out", type=Path, default=Path("out"), help="the run's folder (default: out)")
     art.set_defaults(run=commands.art)
@@ -160,9 +159,7 @@ def _add_problem(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--time-limit", type=float, metavar="S", help="seconds for the search")
     parser.add_argument("--effort", type=int, metavar="E", help="tries of --method dense, instead of seconds")
     parser.add_argument("--iterations", type=int, default=1000, help="length of the optimisation (default: 1000)")
-    parser.add_argument(
-        "--resolution", type=_within(1, MAX_PIXELS), default=256, help="pixels along a silhouette (default: 256)"
-    )
+    parser.add_argument("--resolution", type=_pixels, default=256, help="pixels along a silhouette (default: 256)")
     parser.add_argument("--device", default="auto", help="auto, cpu, cuda, cuda:1, mps (default: auto)")
 
 

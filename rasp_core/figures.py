@@ -16,9 +16,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .errors import InputError
+from .provenance import sources
 
 if TYPE_CHECKING:
+    import numpy as np
     from matplotlib.figure import Figure
+
+    from .meshes import Body
 
 ROOT = Path(__file__).resolve().parent.parent
 STATUSES = ("reproduced", "exceeded", "differs", "not verifiable")
@@ -36,12 +40,20 @@ class Verdict:
     status: str
 
 
-def save(name: str, figure: Figure, facts: dict, out: str | Path) -> Path:
+def save(
+    name: str,
+    figure: Figure,
+    facts: dict,
+    out: str | Path,
+    scene: tuple[Sequence[Body], np.ndarray] | None = None,
+) -> Path:
     """Write a figure's PNG, PDF and facts into `out`; returns the PNG's path, for the notebook to show.
 
-    facts : plain numbers, strings and booleans; versions are added. Each file appears whole or not at all.
+    facts : plain numbers, strings and booleans; versions, and what the figure was made from (`provenance`), are added.
+    scene : bodies and their poses `(N, 4, 4)` for NAME.glb, which the gallery's page turns. Each file appears whole or
+    not at all.
     """
-    from .results import versions
+    from .results import glb, versions
 
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
@@ -49,8 +61,13 @@ def save(name: str, figure: Figure, facts: dict, out: str | Path) -> Path:
         part = out / f".{name}{suffix}.part"
         figure.savefig(part, dpi=130, metadata=metadata, format=suffix[1:])
         os.replace(part, out / f"{name}{suffix}")
+    if scene is not None:
+        part = out / f".{name}.glb.part"
+        part.write_bytes(glb(*scene))
+        os.replace(part, out / f"{name}.glb")
     part = out / f".{name}.json.part"
-    part.write_text(json.dumps({**facts, "versions": versions()}, indent=1) + "\n")
+    made = {"versions": versions(), "sources": sources(ROOT / "notebooks" / f"{name}.ipynb", ROOT)}
+    part.write_text(json.dumps({**facts, **made}, indent=1) + "\n")
     os.replace(part, out / f"{name}.json")
     return out / f"{name}.png"
 

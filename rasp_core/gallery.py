@@ -2,43 +2,108 @@
 
 from __future__ import annotations
 
+import base64
+import io
 import json
+from dataclasses import dataclass
+from html import escape
 from pathlib import Path
 
 from .errors import InputError
 from .figures import STATUSES, compare
 
-HEAD = """# Gallery
-
-What the paper shows or says, and what the kit's notebooks measured. Generated from `claims.json`, the facts
+LEAD = """What the paper shows or says, and what the kit's notebooks measured. Generated from `claims.json`, the facts
 `NN_name.json` and what is expected of them, `NN_name.expected.json`, by `make gallery`; nobody types a measured number.
-`quick` runs on data that the kit makes itself, `paper` on the real pools ([how to run each](../REPRODUCING.md)).
+`quick` runs on data that the kit makes itself, `paper` on the real pools."""
+COLUMNS = ("figure", "the paper", "says", "measured", "expected", "status", "scale", "command")
+THUMBNAIL = 480  # pixels
+STYLE = """body{font:15px/1.4 system-ui,sans-serif;margin:2em auto;max-width:1400px;padding:0 1em}
+table{border-collapse:collapse}td,th{border-bottom:1px solid #ddd;padding:.5em;vertical-align:top;text-align:left}
+img{width:240px}iframe{width:440px;height:360px;border:1px solid #ddd}figure{display:inline-block;margin:.5em}
+.differs{color:#a40}.exceeded,.reproduced{color:#063}code{font-size:90%}"""
 
-| figure | the paper | says | measured | expected | status | scale | command |
-|---|---|---|---|---|---|---|---|
-"""
+
+@dataclass(frozen=True)
+class Row:
+    """One claim of the paper beside its fact; picture : of the figure's PNG, None where there is none."""
+
+    picture: Path | None
+    of: str
+    says: str
+    measured: str
+    expected: str
+    status: str
+    reason: str
+    scale: str
+    command: str
 
 
 def write(folder: str | Path) -> Path:
-    """Write `README.md` into the folder of the figures. Raises InputError as `page` does."""
-    path = Path(folder) / "README.md"
-    text = page(Path(folder))
-    part = path.with_suffix(".part")
-    part.write_text(text)
-    part.replace(path)
-    return path
+    """Write `README.md` into the folder of the figures. Raises InputError as `rows` does."""
+    return _write(Path(folder) / "README.md", page(Path(folder)))
+
+
+def write_html(folder: str | Path, path: str | Path) -> Path:
+    """Write the gallery as one HTML page that holds all that it shows. Raises InputError as `rows` does."""
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return _write(path, html_page(Path(folder)))
+
+
+def rows(folder: Path) -> list[Row]:
+    """The claims and their facts. Raises InputError for a claim without a status, or whose fact is not there."""
+    return [_row(folder, claim) for claim in json.loads((folder / "claims.json").read_text())]
 
 
 def page(folder: Path) -> str:
-    """The gallery as Markdown. Raises InputError for a claim without a status, or whose fact is not there."""
-    claims = json.loads((folder / "claims.json").read_text())
-    return HEAD + "".join(_row(folder, claim) for claim in claims)
+    """The gallery as Markdown. Raises InputError as `rows` does."""
+    lines = [f"# Gallery\n\n{LEAD} [How to run each](../REPRODUCING.md).\n"]
+    lines += ["| " + " | ".join(COLUMNS) + " |", "|---" * len(COLUMNS) + "|"]
+    for row in rows(folder):
+        picture = ""
+        if row.picture is not None:
+            image = row.picture.relative_to(folder).as_posix()
+            picture = f"[<img src='{image}' width='160'>](../notebooks/{row.picture.stem}.ipynb)"
+        status = row.status + (f": {row.reason}" if row.reason else "")
+        measured = row.measured.replace("<b>", "**").replace("</b>", "**")
+        cells = picture, row.of, row.says, measured, row.expected, status, row.scale, f"`{row.command}`"
+        lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"
 
 
-def _row(folder: Path, claim: dict) -> str:
+def html_page(folder: Path) -> str:
+    """The gallery as a page without links to other files: pictures, and scenes that are turned with the mouse.
+
+    Raises InputError as `rows` does.
+    """
+    from .results import page_of
+
+    scenes = "".join(
+        f"<figure><iframe loading='lazy' srcdoc='{escape(page_of(path.read_bytes()))}'></iframe>"
+        f"<figcaption>{escape(path.stem)}</figcaption></figure>\n"
+        for path in sorted(folder.glob("*.glb"))
+    )
+    head = "".join(f"<th>{name}</th>" for name in COLUMNS)
+    lines = []
+    for row in rows(folder):
+        picture = "" if row.picture is None else f"<img alt='{escape(row.of)}' src='{_thumbnail(row.picture)}'>"
+        reason = f": {escape(row.reason)}" if row.reason else ""
+        status = f"<span class='{row.status.split()[0]}'>{row.status}</span>{reason}"
+        shown = escape(row.measured).replace("&lt;b&gt;", "<b>").replace("&lt;/b&gt;", "</b>")
+        cells = picture, escape(row.of), escape(row.says), shown, escape(row.expected), status, row.scale
+        cells = *cells, f"<code>{escape(row.command)}</code>"
+        lines.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>\n")
+    return (
+        f"<!doctype html><html lang='en'><head><meta charset='utf-8'><title>The RASP kit's gallery</title>"
+        f"<style>{STYLE}</style></head><body><h1>Gallery</h1><p>{escape(LEAD)}</p><h2>Turn them with the mouse</h2>\n"
+        f"{scenes}<h2>Each claim of the paper</h2><table><tr>{head}</tr>\n{''.join(lines)}</table></body></html>\n"
+    )
+
+
+def _row(folder: Path, claim: dict) -> Row:
     scale, name = claim.get("scale", "quick"), claim.get("figure")
-    picture = measured = bound = ""
-    command, status = claim.get("command"), claim.get("status")
+    command, status, reason = claim.get("command"), claim.get("status"), claim.get("reason", "")
+    picture, measured, bound = None, "", ""
     if name is not None:
         base = folder if scale == "quick" else folder / scale
         facts = json.loads((base / f"{name}.json").read_text())
@@ -49,18 +114,34 @@ def _row(folder: Path, claim: dict) -> str:
         (verdict,) = compare(name, facts, {fact: expected[fact]})
         status, unit = verdict.status, expected[fact]["unit"]
         if not verdict.holds:
-            status, claim = "differs", {**claim, "reason": "the last run did not come to what is expected"}
-        measured, bound = f"{fact}: **{_said(facts[fact], unit)}**", _bound(expected[fact], unit)
-        option = "" if scale == "quick" else f" --scale {scale}"
-        command = f"rasp figures {name}{option}"
-        picture = f"[<img src='{base.relative_to(folder) / name}.png' width='160'>](../notebooks/{name}.ipynb)"
+            status, reason = "differs", "the last run did not come to what is expected"
+        measured, bound = f"{fact}: <b>{_said(facts[fact], unit)}</b>", _bound(expected[fact], unit)
+        command = f"rasp figures {name}" + ("" if scale == "quick" else f" --scale {scale}")
+        picture = base / f"{name}.png"
     if status not in STATUSES or not command:
         raise InputError(f"claims.json: {claim['of']}: needs a command and a status, one of {', '.join(STATUSES)}")
-    if status == "differs" and not claim.get("reason"):
+    if status == "differs" and not reason:
         raise InputError(f"claims.json: {claim['of']}: differs, so it needs a reason")
-    status = status + (f": {claim['reason']}" if claim.get("reason") else "")
-    cells = picture, claim["of"], claim["says"], measured, bound, status, scale, f"`{command}`"
-    return "| " + " | ".join(cells) + " |\n"
+    return Row(picture, claim["of"], claim["says"], measured, bound, status, reason, scale, command)
+
+
+def _write(path: Path, text: str) -> Path:
+    part = path.with_suffix(".part")
+    part.write_text(text)
+    part.replace(path)
+    return path
+
+
+def _thumbnail(path: Path) -> str:
+    """A picture, made smaller, as a link that holds it."""
+    from PIL import Image
+
+    data = io.BytesIO()
+    with Image.open(path) as image:
+        small = image.convert("RGB")
+        small.thumbnail((THUMBNAIL, THUMBNAIL))
+        small.save(data, "JPEG", quality=85)
+    return f"data:image/jpeg;base64,{base64.b64encode(data.getvalue()).decode()}"
 
 
 def _said(value, unit: str) -> str:

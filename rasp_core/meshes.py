@@ -140,7 +140,8 @@ def make_body(name: str, vertices: np.ndarray, faces: np.ndarray) -> Body:
     """A `Body` from any triangle soup that is closed, or can be closed.
 
     vertices `(V, 3)` in metres, faces `(F, 3)`. Raises MeshError naming `name` where there is nothing to work
-    with: no faces, not three numbers each, coordinates that are not finite, an open surface that cannot be closed, no volume.
+    with: no faces, rows of other than three numbers, coordinates that are not finite, an open surface that cannot be
+    closed, no volume.
     """
     vertices, faces = np.asarray(vertices, np.float64), np.asarray(faces, np.int64)
     if vertices.size % 3 or faces.size % 3:

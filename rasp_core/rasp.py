@@ -149,7 +149,8 @@ class _Run:
             chosen, start = press.add(self.chosen, self.start, 1, press.shareable)
             if len(chosen) == len(self.chosen):
                 continue
-            start = press.settle(chosen, press.apart(chosen, start, seed)[0], seed)
+            movers = press.vicinity(chosen, start, 1)
+            start = press.settle(chosen, press.apart(chosen, start, seed, movers)[0], seed, movers)
             if start is not None:
                 self.chosen, self.start, refused = chosen, start, 0
                 self._record(added=True)

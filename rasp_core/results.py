@@ -159,10 +159,22 @@ def page(bodies: Sequence[Body], matrices: np.ndarray, painted: Painted | None =
     """
     from trimesh.viewer.notebook import scene_to_html, scene_to_notebook
 
+    ready = _Exported(glb(bodies, matrices, painted))
+    return scene_to_notebook(ready).data if embedded else scene_to_html(ready)
+
+
+def glb(bodies: Sequence[Body], matrices: np.ndarray, painted: Painted | None = None) -> bytes:
+    """A GLB of the bodies alone with a camera, y up, as pages want it."""
     scene = _scene(bodies, Y_UP @ matrices, painted)
     _ = scene.camera  # made by being asked for; the page looks through it
-    ready = _Exported(scene.export(file_type="glb", tree_postprocessor=_unlit if painted else None))
-    return scene_to_notebook(ready).data if embedded else scene_to_html(ready)
+    return scene.export(file_type="glb", tree_postprocessor=_unlit if painted else None)
+
+
+def page_of(data: bytes) -> str:
+    """The HTML page, as `page` makes it, of a GLB that is there already."""
+    from trimesh.viewer.notebook import scene_to_html
+
+    return scene_to_html(_Exported(data))
 
 
 class _Exported:

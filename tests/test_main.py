@@ -230,3 +230,27 @@ def test_real_pools_are_packed_and_judged_by_booleans_of_the_scene_alone(data, t
         original = trimesh.load_mesh(data / group / f"{node.split('#')[0]}.obj", process=False)
         assert scene.geometry[geometry].vertices == pytest.approx(original.vertices, abs=1e-6)
     assert main(["check", str(out)]) == 0
+
+
+@pytest.mark.parametrize(
+    ("error", "says"),
+    [(OSError(28, "No space left on device", "scene.glb"), "scene.glb: No space left"), (MemoryError(), "memory")],
+)
+def test_what_could_not_be_foreseen_is_said_in_a_line(error, says, pool, monkeypatch, capsys):
+    def fails(*_, **__):
+        raise error
+
+    monkeypatch.setattr("rasp_core.jobs.load", fails)
+    assert main(["pack", str(pool), "--container", BOX]) == 2
+    said = capsys.readouterr().err
+    assert says in said
+    assert said.count("\n") == 1
+
+
+@pytest.mark.parametrize("option", ["--seed", "--resolution"])
+@pytest.mark.parametrize("value", ["-1", "x", "1.5", "99999999999"])
+def test_whole_numbers_within_bounds(option, value, pool, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["pack", str(pool), "--container", BOX, option, value])
+    assert ended.value.code == 2
+    assert "a whole number from" in capsys.readouterr().err

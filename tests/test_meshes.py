@@ -116,6 +116,12 @@ def test_files_that_cannot_be_used_are_named(tmp_path):
         load_bodies([])
 
 
+def test_rows_that_are_no_triangles_are_refused():
+    for vertices, faces in ((np.zeros((4, 4)), CUBE.faces), (CUBE.vertices, np.zeros((2, 4), int))):
+        with pytest.raises(MeshError, match="three numbers each"):
+            make_body("box", vertices, faces)
+
+
 def test_bodies_of_one_name_are_numbered():
     box = make_body("box", CUBE.vertices, CUBE.faces)
     names = [body.name for body in unique_names([box, box, box])]

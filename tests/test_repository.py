@@ -20,14 +20,15 @@ ROOT = Path(__file__).resolve().parent.parent
 
 # each module may import those before it
 ORDER = [
-    "errors", "o3d", "engine", "untrusted", "meshes", "poses", "cameras", "sdf", "kernels", "kernels_surface", "kernels_silhouettes",
+    "errors", "o3d", "engine", "untrusted", "meshes", "poses", "cameras", "sdf", "kernels", "kernels_surface",
+    "kernels_silhouettes",
     "containers", "forces", "outlines", "silhouettes", "losses", "contact", "scene", "problem", "checkpoint", "arrange",
     "budget",
     "certify", "density", "packing", "voxels", "baselines", "mending", "pressing", "rasp", "dense", "smallest", "jobs",
     "removal", "physics", "pictures", "hulls", "docking", "jigsaw", "assembly", "accuracy", "profiles",
     "kernels_covering", "covering", "veiling", "lettering", "anamorphic", "atlas", "painting", "starts",
     "ablation", "sweep", "live", "show", "results",
-    "figures", "gallery", "widgets", "commands", "__main__",
+    "provenance", "figures", "gallery", "widgets", "commands", "__main__",
 ]  # fmt: skip
 
 
