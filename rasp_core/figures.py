@@ -66,7 +66,9 @@ def save(
         part.write_bytes(glb(*scene))
         os.replace(part, out / f"{name}.glb")
     part = out / f".{name}.json.part"
-    made = {"versions": versions(), "sources": sources(ROOT / "notebooks" / f"{name}.ipynb", ROOT)}
+    made, notebook = {"versions": versions()}, ROOT / "notebooks" / f"{name}.ipynb"
+    if notebook.is_file():  # figures of the user's own have none
+        made["sources"] = sources(notebook, ROOT)
     part.write_text(json.dumps({**facts, **made}, indent=1) + "\n")
     os.replace(part, out / f"{name}.json")
     return out / f"{name}.png"
