@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import json
+import re
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
@@ -93,9 +94,10 @@ def html_page(folder: Path) -> str:
         cells = picture, escape(row.of), escape(row.says), shown, escape(row.expected), status, row.scale
         cells = *cells, f"<code>{escape(row.command)}</code>"
         lines.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>\n")
+    lead = re.sub("`([^`]+)`", r"<code>\1</code>", escape(LEAD))
     return (
         f"<!doctype html><html lang='en'><head><meta charset='utf-8'><title>The RASP kit's gallery</title>"
-        f"<style>{STYLE}</style></head><body><h1>Gallery</h1><p>{escape(LEAD)}</p><h2>Turn them with the mouse</h2>\n"
+        f"<style>{STYLE}</style></head><body><h1>Gallery</h1><p>{lead}</p><h2>Turn them with the mouse</h2>\n"
         f"{scenes}<h2>Each claim of the paper</h2><table><tr>{head}</tr>\n{''.join(lines)}</table></body></html>\n"
     )
 
@@ -117,7 +119,7 @@ def _row(folder: Path, claim: dict) -> Row:
             status, reason = "differs", "the last run did not come to what is expected"
         measured, bound = f"{fact}: <b>{_said(facts[fact], unit)}</b>", _bound(expected[fact], unit)
         command = f"rasp figures {name}" + ("" if scale == "quick" else f" --scale {scale}")
-        picture = base / f"{name}.png"
+        picture, scale = base / f"{name}.png", f"{scale}: {facts['data']}" if "data" in facts else scale
     if status not in STATUSES or not command:
         raise InputError(f"claims.json: {claim['of']}: needs a command and a status, one of {', '.join(STATUSES)}")
     if status == "differs" and not reason:
