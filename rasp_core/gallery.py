@@ -31,7 +31,8 @@ class Row:
     picture: Path | None
     of: str
     says: str
-    measured: str
+    fact: str
+    found: str
     expected: str
     status: str
     reason: str
@@ -66,7 +67,7 @@ def page(folder: Path) -> str:
             image = row.picture.relative_to(folder).as_posix()
             picture = f"[<img src='{image}' width='160'>](../notebooks/{row.picture.stem}.ipynb)"
         status = row.status + (f": {row.reason}" if row.reason else "")
-        measured = row.measured.replace("<b>", "**").replace("</b>", "**")
+        measured = f"{row.fact}: **{row.found}**" if row.fact else ""
         cells = picture, row.of, row.says, measured, row.expected, status, row.scale, f"`{row.command}`"
         lines.append("| " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"
@@ -90,8 +91,8 @@ def html_page(folder: Path) -> str:
         picture = "" if row.picture is None else f"<img alt='{escape(row.of)}' src='{_thumbnail(row.picture)}'>"
         reason = f": {escape(row.reason)}" if row.reason else ""
         status = f"<span class='{row.status.split()[0]}'>{row.status}</span>{reason}"
-        shown = escape(row.measured).replace("&lt;b&gt;", "<b>").replace("&lt;/b&gt;", "</b>")
-        cells = picture, escape(row.of), escape(row.says), shown, escape(row.expected), status, row.scale
+        measured = f"{escape(row.fact)}: <b>{escape(row.found)}</b>" if row.fact else ""
+        cells = picture, escape(row.of), escape(row.says), measured, escape(row.expected), status, row.scale
         cells = *cells, f"<code>{escape(row.command)}</code>"
         lines.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>\n")
     lead = re.sub("`([^`]+)`", r"<code>\1</code>", escape(LEAD))
@@ -105,7 +106,7 @@ def html_page(folder: Path) -> str:
 def _row(folder: Path, claim: dict) -> Row:
     scale, name = claim.get("scale", "quick"), claim.get("figure")
     command, status, reason = claim.get("command"), claim.get("status"), claim.get("reason", "")
-    picture, measured, bound = None, "", ""
+    picture, fact, found, bound = None, "", "", ""
     if name is not None:
         base = folder if scale == "quick" else folder / scale
         facts = json.loads((base / f"{name}.json").read_text())
@@ -117,14 +118,14 @@ def _row(folder: Path, claim: dict) -> Row:
         status, unit = verdict.status, expected[fact]["unit"]
         if not verdict.holds:
             status, reason = "differs", "the last run did not come to what is expected"
-        measured, bound = f"{fact}: <b>{_said(facts[fact], unit)}</b>", _bound(expected[fact], unit)
+        found, bound = _said(facts[fact], unit), _bound(expected[fact], unit)
         command = f"rasp figures {name}" + ("" if scale == "quick" else f" --scale {scale}")
         picture, scale = base / f"{name}.png", f"{scale}: {facts['data']}" if "data" in facts else scale
     if status not in STATUSES or not command:
         raise InputError(f"claims.json: {claim['of']}: needs a command and a status, one of {', '.join(STATUSES)}")
     if status == "differs" and not reason:
         raise InputError(f"claims.json: {claim['of']}: differs, so it needs a reason")
-    return Row(picture, claim["of"], claim["says"], measured, bound, status, reason, scale, command)
+    return Row(picture, claim["of"], claim["says"], fact, found, bound, status, reason, scale, command)
 
 
 def _write(path: Path, text: str) -> Path:

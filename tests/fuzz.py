@@ -26,25 +26,16 @@ from rasp_core.meshes import MESH_SUFFIXES
 
 SECONDS = 10
 MEMORY = 2 * 2**30
-NUMBERS = (
-    "0",
-    "-1",
-    "1",
-    "2",
-    "3.5",
-    "nan",
-    "inf",
-    "-inf",
-    "1e400",
-    "1e-400",
-    "99999999999999999999",
-    "4294967295",
-    "",
+NUMBERS = ("0", "-1", "1", "2", "3.5", "nan", "inf", "-inf", "1e400", "1e-400", "9" * 20, "4294967295", "")
+WORDS = (
+    *NUMBERS,
+    *("auto", "auto:cube", "auto:1,*,*", "box:", "box:1,1", "box:0,1,1", "box:1,1,nan", "box:inf,1,1", "x", "a\0b"),
+    *("..", "/", "/dev/null", "/dev/zero", "/proc/self/mem", "é\u202e", "'; rm -rf", "--", "-", "*"),
 )
-WORDS = (*NUMBERS, "auto", "auto:cube", "box:", "box:1,1", "box:0,1,1", "box:1,1,nan", "box:inf,1,1", "x", "a\0b", "..")
-WORDS = (*WORDS, "/", "/dev/null", "/dev/zero", "/proc/self/mem", "é\u202e", "'; rm -rf", "--", "-", "*", "auto:1,*,*")
-PACK = ("--count", "--repeat", "--fit-objects", "--method", "--effort", "--resolution", "--device", "--lambda")
-PACK = (*PACK, "--epsilon", "--seed", "--azimuths-deg", "--elevations-deg", "--container", "--iterations", "--out")
+PACK = (
+    *("--count", "--repeat", "--fit-objects", "--method", "--effort", "--resolution", "--device", "--lambda"),
+    *("--epsilon", "--seed", "--azimuths-deg", "--elevations-deg", "--container", "--iterations", "--out"),
+)
 ART = ("--targets", "--text", "--azimuths-deg", "--elevations-deg", "--width", "--count", "--resolution", "--seed")
 ASSEMBLE = ("--whole", "--silhouettes", "--azimuths-deg", "--elevations-deg", "--width", "--seed")
 
@@ -155,12 +146,14 @@ def run(count: int, seed: int, words: float = 0.2) -> list[tuple[list[str], str]
         os.chdir(name)  # odd words may name files to be written
         folder = Path(name)
         (folder / "good.stl").write_bytes(files[".stl"])
-        for _ in range(count):
-            call = word_call(folder, chance) if chance.random() < words else mesh_call(folder, files, chance)
-            wrong = failure(call)
-            if wrong is not None:
-                failed.append((call, wrong))
-        os.chdir(before)
+        try:
+            for _ in range(count):
+                call = word_call(folder, chance) if chance.random() < words else mesh_call(folder, files, chance)
+                wrong = failure(call)
+                if wrong is not None:
+                    failed.append((call, wrong))
+        finally:
+            os.chdir(before)
     return failed
 
 
