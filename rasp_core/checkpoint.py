@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from pathlib import Path
 
 import torch
 
 from .errors import InputError
+from .files import whole
 
 
 def save(path: str | Path, identity: dict, state: dict) -> None:
@@ -16,15 +15,8 @@ def save(path: str | Path, identity: dict, state: dict) -> None:
 
     identity : plain values that say which run this is of.
     """
-    path = Path(path)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".part")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            torch.save({"identity": identity, **state}, file)
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    with whole(path) as part, part.open("wb") as file:
+        torch.save({"identity": identity, **state}, file)
 
 
 def load(path: str | Path, identity: dict, device: torch.device) -> dict | None:

@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 from .errors import InputError
+from .files import whole
 
 SWEPT = (
     *("method", "time_limit", "effort", "repeat", "fit_objects", "iterations", "resolution", "device"),
@@ -203,7 +204,7 @@ def sweep(options: argparse.Namespace) -> int:
     found = sweep_all(
         jobs.pack, [fixed | run for run in varied], options.out, options.workers, options.scheduler, progress=True
     )
-    with (options.out / "sweep.csv").open("w", newline="") as file:
+    with whole(options.out / "sweep.csv") as part, part.open("w", newline="") as file:
         writer = csv.DictWriter(file, [*varied[0], *found[0]])
         writer.writeheader()
         writer.writerows(run | result for run, result in zip(varied, found, strict=True))

@@ -138,8 +138,10 @@ class _Search:
         mean = self.volumes.mean()
         for _ in range(MOVES):
             out, index = self._move()
+            if index is None:
+                continue
             self.press.look(self.chosen, self.start, out)
-            place = None if index is None else self.press.least_shared([index], self.press.shareable)
+            place = self.press.least_shared([index], self.press.shareable)
             if place is None:
                 continue
             index, pose, shared = place
@@ -167,11 +169,8 @@ class _Search:
 
     def _settle(self, chosen: list[int], start: Start) -> tuple[list[int], Start] | None:
         """Press the objects apart until the certificate holds; None where it does not come to that."""
-        seed = self.settings.seed + self.budget.tries
         fresh = max(1, len(chosen) - len(self.chosen))
-        movers = self.press.vicinity(chosen, start, fresh)
-        start, overlap = self.press.apart(chosen, start, seed, movers)
-        settled = self.press.settle(chosen, start, seed, movers) if overlap <= self.press.hopeless else None
+        settled = self.press.press_in(chosen, start, self.settings.seed + self.budget.tries, fresh)
         return None if settled is None else (chosen, settled)
 
     # -- the record --------------------------------------------------------------------------------------------------

@@ -1,10 +1,9 @@
 """Where a part of a broken thing belongs in what is still free of the whole.
 
 A part's surface lies on the boundary of the free room wherever it was surface of the whole, or is a fracture whose
-other side has its place already. All shifts of many turns are tried by Fourier transforms, as proteins are docked
-(Katchalski-Katzir et al. 1992): voxels outside of the room cost, and the room's Laplacian rewards surface on boundary.
-The best are drawn in by least squares on signed distances, point to plane (Chen & Medioni 1992), and judged by the
-share of their surface that then lies where it should. The paper's signal is the silhouettes; this one is the kit's.
+other side has its place already. Poses come from pairs of points that are alike on the part and on that boundary
+(`matching`); those under which most of the part's surface lies on it are drawn in by least squares on signed distances,
+point to plane (Chen & Medioni 1992), and judged. The paper's signal is the silhouettes; this one is the kit's.
 """
 
 from __future__ import annotations
@@ -17,24 +16,23 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 import trimesh
-from scipy import fft, ndimage
 from scipy.spatial.transform import Rotation
 
 from . import sdf
 from .containers import Container
+from .matching import poses
 from .meshes import Body
 
-ROOMS = (24, 44), (40, 80)  # voxels along the whole's longest edge, coarse and fine; the second for small parts
+FINE, FINEST = 44, 80  # lengths that the whole's longest edge is divided into: near is so much; for small parts
 SMALL = 0.17  # of that edge: radius of a small part
-PAD = 3  # voxels about the whole, for parts that are turned a little wrong
-BOUNDARY = 2.0  # reward of surface on boundary, against a voxel outside
-TURNS = 800  # random rotations tried for each part
-BRANCHES = 32  # places of these that are followed
-DRAWN = 20  # places of those that are drawn in
+WHOLE_POINTS = 4000  # of the whole's surface
 POINTS = 600  # of a part's surface
+SCREENS = (30, 3000, 3.0), (100, 400, 2.0)  # points by which poses are judged, poses kept, times CLOSE
+DRAWN = 60  # places of those that are drawn in
+FOUND = 20  # of which are told
 STEPS = 20  # of least squares
-NEAR = 3.0  # fine voxels from which a surface is drawn to a boundary, at first
-CLOSE = 0.35  # fine voxels within which it counts as lying there, the more the nearer
+NEAR = 3.0  # fine lengths from which a surface is drawn to a boundary, at first
+CLOSE = 0.35  # fine lengths within which it counts as lying there, the more the nearer
 ALIKE = 0.6  # least cosine between normals that are drawn together
 OUTSIDE = 2.0  # what surface outside of the room costs, against surface on its boundary
 
@@ -73,47 +71,70 @@ class Part:
 
 class Docking:
     """The whole, and the parts that have their places in it. attracts : False where the whole's surface is only a
-    bound, and does not draw parts to it."""
+    bound, and does not draw parts to it.
+
+    boundary, normals `(M, 3)`, owner `(M,)` : points of the whole's surface (owner -1) and of placed parts' fractures
+    (by their number) that nothing covers, and the normals that a part's surface there must have.
+    """
 
     def __init__(self, whole: Container, attracts: bool = True):
         edge = float(np.ptp(whole.bounds, axis=0).max())
         self.whole, self.attracts = whole, attracts
-        self.rooms = [[_Room(whole, edge / voxels) for voxels in pair] for pair in ROOMS]
-        self.small = SMALL * edge
+        self.fine, self.finest, self.small = edge / FINE, edge / FINEST, SMALL * edge
         self.placed: list[tuple[Part, Place]] = []
+        mesh = trimesh.Trimesh(whole.body.solid_vertices + whole.body.centre, whole.body.solid_faces, process=False)
+        points, faces = trimesh.sample.sample_surface(mesh, WHOLE_POINTS, seed=0)
+        self.boundary, self.normals = np.asarray(points), np.asarray(mesh.face_normals[faces])
+        self.owner = np.full(len(points), -1)
 
     def put(self, part: Part, place: Place) -> None:
         """Give a part its place."""
+        free = ~self._covered(part, place, self.boundary)
+        points, normals = part.points @ place.rotation.T + place.centre, part.normals @ place.rotation.T
+        bare = self.whole.signed_distance(torch.from_numpy(points).float())[0].numpy() < -1.5 * CLOSE * self.fine
+        for other, there in self.placed:
+            bare &= ~self._covered(other, there, points)
+        self.owner = np.append(self.owner[free], np.full(bare.sum(), len(self.placed)))
+        self.boundary = np.concatenate([self.boundary[free], points[bare]])
+        self.normals = np.concatenate([self.normals[free], -normals[bare]])
         self.placed.append((part, place))
-        for coarse, fine in self.rooms:
-            coarse.fill(part, place)
-            fine.fill(part, place)
 
     def copy(self) -> Docking:
         """The same state, to go on from in another way."""
         twin = copy.copy(self)
-        twin.rooms = [[copy.copy(room) for room in pair] for pair in self.rooms]
         twin.placed = list(self.placed)
         return twin
 
-    def places(self, part: Part, random: np.random.Generator) -> list[Place]:
-        """Places for a part, the best first, no two of them alike; empty where it fits nowhere."""
-        radius, (coarse, fine) = part.body.radius, self._rooms(part)
-        turns = Rotation.random(TURNS, random_state=random).as_matrix()
-        found = _apart(coarse.best(part, turns), BRANCHES, 0.25, 0.3 * radius)
-        for angle in (0.2, 0.1):
-            tried = [fine.best(part, _about(place.rotation, angle, random)) for place in found]
-            found = [best[0] for best in tried if best]
-        found = _apart(found, DRAWN, 0.08, 0.1 * radius)
-        return _apart(sorted(self.draw_in(part, found), key=_cost), DRAWN, 0.1, 0.1 * radius) if found else []
+    def places(self, part: Part, random: np.random.Generator, about: int | None = None) -> list[Place]:
+        """Places for a part, the best first, no two of them alike; empty where it fits nowhere.
+
+        about : only those that touch this one of the placed parts.
+        """
+        fracture = np.flatnonzero(self.owner >= 0 if about is None else self.owner == about)
+        references = fracture
+        if about is None:
+            outer = random.permutation(np.flatnonzero(self.owner < 0))
+            references = np.append(fracture, outer[: max(len(fracture), len(outer) // 8)])
+        if not len(references):
+            return []
+        surfaces = (part.points, part.normals), (self.boundary, self.normals)
+        rotation, centre = poses(*surfaces, references, 2 * part.body.radius, random)
+        for count, kept, loose in SCREENS:
+            scores = self._scores(part, rotation, centre, count, loose)
+            best = np.argsort(-scores, kind="stable")[:kept]
+            rotation, centre, scores = rotation[best], centre[best], scores[best]
+        likely = (Place(*pose) for pose in zip(rotation, centre, scores.tolist(), strict=True))
+        likely = apart(likely, DRAWN, 0.12, 0.1 * part.body.radius)
+        drawn = [place for place in self.draw_in(part, likely) if place.score > 0] if likely else []
+        return apart(sorted(drawn, key=cost), FOUND, 0.1, 0.1 * part.body.radius)
 
     def draw_in(self, part: Part, places: Sequence[Place]) -> list[Place]:
         """Near each place the one where most of the part's surface lies on the room's boundary, with its score."""
         rotation, centre = np.stack([place.rotation for place in places]), np.stack([place.centre for place in places])
-        voxel = self._rooms(part)[1].voxel
+        fine = self.finest if part.body.radius < self.small else self.fine
         damping = np.diag([1e-4 * part.body.radius**2] * 3 + [1e-4] * 3)
         for step in range(STEPS):
-            near = voxel * (NEAR * (1 - step / STEPS) + CLOSE / 2)
+            near = fine * (NEAR * (1 - step / STEPS) + CLOSE / 2)
             square, slope = np.zeros((len(places), 6, 6)) + damping, np.zeros((len(places), 6))
             arms = (part.points @ rotation.swapaxes(1, 2)).reshape(-1, 3)
             for index, distance, normal, along, inwards in self._boundaries(part, rotation, centre, near):
@@ -134,24 +155,31 @@ class Docking:
 
     def score(self, part: Part, place: Place) -> float:
         """How much of the part's surface lies on the room's boundary, less twice the share that leaves the room."""
-        return float(self._scores(part, place.rotation[None], place.centre[None])[0])
+        return self.rescored(part, [place])[0].score
 
-    def _scores(self, part: Part, rotation, centre) -> np.ndarray:
-        close = CLOSE * self.rooms[0][1].voxel
-        lies, leaves = np.zeros(len(rotation) * POINTS), np.zeros(len(rotation) * POINTS, bool)
-        for index, distance, _, along, outside in self._boundaries(part, rotation, centre, close):
+    def rescored(self, part: Part, places: Sequence[Place]) -> list[Place]:
+        """The same places with the scores that they have now."""
+        rotation, centre = np.stack([place.rotation for place in places]), np.stack([place.centre for place in places])
+        scores = self._scores(part, rotation, centre)
+        return [Place(*pose) for pose in zip(rotation, centre, scores.tolist(), strict=True)]
+
+    def _scores(self, part: Part, rotation, centre, count: int = POINTS, loose: float = 1.0) -> np.ndarray:
+        """By the first `count` of the part's points; loose : what counts as close, times CLOSE."""
+        close = loose * CLOSE * self.fine
+        lies, leaves = np.zeros(len(rotation) * count), np.zeros(len(rotation) * count, bool)
+        for index, distance, _, along, outside in self._boundaries(part, rotation, centre, close, count):
             near = np.clip(1 - np.abs(distance) / close, 0, 1) * (along > 0.75)
             lies[index] = np.maximum(lies[index], near)
             leaves[index] |= outside & (np.abs(distance) > close)
-        return lies.reshape(-1, POINTS).mean(1) - OUTSIDE * leaves.reshape(-1, POINTS).mean(1)
+        return lies.reshape(-1, count).mean(1) - OUTSIDE * leaves.reshape(-1, count).mean(1)
 
-    def _boundaries(self, part: Part, rotation, centre, near: float):
+    def _boundaries(self, part: Part, rotation, centre, near: float, count: int = POINTS):
         """For the whole and each other part nearby, of B poses: which of the part's `(B x P)` points are near, and for
         each of these M: distance `(M,)`, its gradient `(M, 3)`, the cosine between the normals as they should lie, and
         whether the point is where it must not be."""
         turned = rotation.swapaxes(1, 2)
-        points = (part.points @ turned + centre[:, None]).reshape(-1, 3)
-        normals = (part.normals @ turned).reshape(-1, 3)
+        points = (part.points[:count] @ turned + centre[:, None]).reshape(-1, 3)
+        normals = (part.normals[:count] @ turned).reshape(-1, 3)
         found = self.whole.signed_distance(torch.from_numpy(points).float())
         distance, gradient = (x.numpy().astype(np.float64) for x in found)
         along = (normals * gradient).sum(1) if self.attracts else np.full(len(points), -1.0)
@@ -166,76 +194,22 @@ class Docking:
                 gradient = gradient @ pose.rotation.T
                 yield index, distance, gradient, -(normals[index] * gradient).sum(1), distance < 0
 
-    def _rooms(self, part: Part) -> list[_Room]:
-        return self.rooms[part.body.radius < self.small]
+    def _covered(self, part: Part, place: Place, points: np.ndarray) -> np.ndarray:
+        """Which points `(M, 3)` lie in the part, or close to it."""
+        close, found = CLOSE * self.fine, np.zeros(len(points), bool)
+        local = (points - place.centre) @ place.rotation
+        near = np.flatnonzero((np.abs(local) < part.body.half_extents + close).all(1))
+        if len(near):
+            found[near] = part.signed_distance(local[near])[0] < close
+        return found
 
 
-class _Room:
-    """What is free of the whole, as shares of voxels."""
-
-    def __init__(self, whole: Container, voxel: float):
-        low, high = whole.bounds
-        self.voxel = voxel
-        self.shape = np.ceil((high - low) / voxel).astype(int) + 2 * PAD
-        self.first = (low + high - (self.shape - 1) * voxel) / 2  # the first voxel's middle
-        middles = self.first + voxel * np.stack(np.indices(self.shape), -1).reshape(-1, 3)
-        distance = whole.signed_distance(torch.from_numpy(middles).float())[0].numpy()
-        self.free = np.clip(0.5 - distance / voxel, 0, 1).reshape(self.shape)
-        self.padded = [fft.next_fast_len(int(n), real=True) for n in self.shape]
-        self._spectrum = None
-
-    def fill(self, part: Part, place: Place) -> None:
-        """Take the part's volume away."""
-        taken = self._share(part, place.rotation, self.first - place.centre, self.shape)
-        self.free, self._spectrum = np.clip(self.free - taken, 0, 1), None
-
-    def best(self, part: Part, turns: Iterable[np.ndarray]) -> list[Place]:
-        """For each turn that fits its best shift, the best first; the score is not `Docking`'s."""
-        if self._spectrum is None:
-            cost = 1 - self.free + BOUNDARY * ndimage.gaussian_laplace(self.free, 1.0)
-            self._spectrum = fft.rfftn(cost.astype(np.float32), self.padded)
-        found = []
-        for rotation in turns:
-            corners = part.corners @ rotation.T
-            first, last = (np.round(end / self.voxel).astype(int) for end in (corners.min(0), corners.max(0)))
-            shape = last - first + 1
-            if (shape > self.shape).any():
-                continue
-            share = self._share(part, rotation, first * self.voxel, shape).astype(np.float32)
-            costs = fft.irfftn(self._spectrum * np.conj(fft.rfftn(share, self.padded)), self.padded)
-            costs = costs[tuple(slice(0, n - s + 1) for n, s in zip(self.shape, shape, strict=True))]
-            at = int(costs.argmin())
-            shift = np.array(np.unravel_index(at, costs.shape)) - first
-            found.append(Place(rotation, self.first + shift * self.voxel, -float(costs.flat[at])))
-        return sorted(found, key=_cost)
-
-    def _share(self, part: Part, rotation: np.ndarray, first: np.ndarray, shape: Sequence[int]) -> np.ndarray:
-        """How much of each voxel a turned part fills; first `(3,)`: the first voxel's middle from the part's centre."""
-        grid = part.grid
-        distance = ndimage.affine_transform(
-            grid.values,
-            rotation.T * (self.voxel / grid.spacing),
-            (rotation.T @ first - grid.origin) / grid.spacing,
-            tuple(shape),
-            order=1,
-            mode="constant",
-            cval=1.0,
-        )
-        return np.clip(0.5 - distance / self.voxel, 0, 1)
-
-
-def _about(rotation: np.ndarray, angle: float, random: np.random.Generator) -> list[np.ndarray]:
-    """The rotation itself and five others up to `angle` radians from it."""
-    axes = random.normal(size=(5, 3))
-    axes *= angle * random.uniform(0.3, 1, (5, 1)) / np.linalg.norm(axes, axis=1, keepdims=True)
-    return [rotation, *(Rotation.from_rotvec(axes).as_matrix() @ rotation)]
-
-
-def _cost(place: Place) -> float:
+def cost(place: Place) -> float:
+    """What sorts places, the best first."""
     return -place.score
 
 
-def _apart(places: Sequence[Place], count: int, angle: float, reach: float) -> list[Place]:
+def apart(places: Iterable[Place], count: int, angle: float, reach: float) -> list[Place]:
     """The first ones of `places` that are not like an earlier one, `count` at most."""
     kept: list[Place] = []
     for place in places:

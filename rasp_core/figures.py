@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .errors import InputError
+from .files import whole
 from .provenance import sources
 
 if TYPE_CHECKING:
@@ -58,20 +59,21 @@ def save(
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
     for suffix, metadata in ((".png", {"Software": None}), (".pdf", {"CreationDate": None})):
-        part = out / f".{name}{suffix}.part"
-        figure.savefig(part, dpi=130, metadata=metadata, format=suffix[1:])
-        os.replace(part, out / f"{name}{suffix}")
+        with whole(out / f"{name}{suffix}") as part:
+            figure.savefig(part, dpi=130, metadata=metadata, format=suffix[1:])
     if scene is not None:
-        part = out / f".{name}.glb.part"
-        part.write_bytes(glb(*scene))
-        os.replace(part, out / f"{name}.glb")
-    part = out / f".{name}.json.part"
+        with whole(out / f"{name}.glb") as part:
+            part.write_bytes(glb(*scene))
     made, notebook = {"versions": versions()}, ROOT / "notebooks" / f"{name}.ipynb"
     if notebook.is_file():  # figures of the user's own have none
         made["sources"] = sources(notebook, ROOT)
-    part.write_text(json.dumps({**facts, **made}, indent=1) + "\n")
-    os.replace(part, out / f"{name}.json")
+    _write(out / f"{name}.json", {**facts, **made})
     return out / f"{name}.png"
+
+
+def _write(path: Path, facts: dict) -> None:
+    with whole(path) as part:
+        part.write_text(json.dumps(facts, indent=1) + "\n")
 
 
 def compare(name: str, facts: dict, expected: dict) -> list[Verdict]:
@@ -111,7 +113,8 @@ def run(names: Sequence[str] = (), scale: str = "quick", store: bool = False, ro
     """Run figure notebooks with papermill and compare their facts; 0 where all hold, else 1.
 
     scale : "quick" writes into paper_figures/, "paper" into paper_figures/paper/. store : keep the executed notebooks
-    with their outputs in notebooks/ (only at quick scale), instead of in out/.
+    with their outputs in notebooks/ (only at quick scale), instead of in out/. The seconds that each took are added to
+    its facts.
     Raises InputError for a name without a notebook, or where the kit is installed without its notebooks.
     """
     if store and scale != "quick":
@@ -127,13 +130,15 @@ def run(names: Sequence[str] = (), scale: str = "quick", store: bool = False, ro
     for name in names or found:
         began = time.monotonic()
         failure = _execute(found[name], scale, out, store, root)
-        print(f"{name}: {failure or 'ran'} in {time.monotonic() - began:.0f} s", file=sys.stderr)
+        seconds = time.monotonic() - began
+        print(f"{name}: {failure or 'ran'} in {seconds:.0f} s", file=sys.stderr)
         if failure:
             verdicts.append(Verdict(name, "notebook runs", failure, "without error", False, "differs"))
             continue
         expected = root / "paper_figures" / f"{name}.expected.json"
         if expected.exists():
-            facts = json.loads((out / f"{name}.json").read_text())
+            facts = json.loads((out / f"{name}.json").read_text()) | {"seconds": seconds}
+            _write(out / f"{name}.json", facts)
             verdicts += compare(name, facts, json.loads(expected.read_text())[scale])
     print(table(verdicts))
     return 0 if all(verdict.holds for verdict in verdicts) else 1

@@ -12,11 +12,12 @@ from pathlib import Path
 
 from .errors import InputError
 from .figures import STATUSES, compare
+from .files import whole
 
 LEAD = """What the paper shows or says, and what the kit's notebooks measured. Generated from `claims.json`, the facts
 `NN_name.json` and what is expected of them, `NN_name.expected.json`, by `make gallery`; nobody types a measured number.
 `quick` runs on data that the kit makes itself, `paper` on the real pools."""
-COLUMNS = ("figure", "the paper", "says", "measured", "expected", "status", "scale", "command")
+COLUMNS = ("figure", "the paper", "says", "measured", "expected", "status", "scale", "seconds", "command")
 THUMBNAIL = 480  # pixels
 STYLE = """body{font:15px/1.4 system-ui,sans-serif;margin:2em auto;max-width:1400px;padding:0 1em}
 table{border-collapse:collapse}td,th{border-bottom:1px solid #ddd;padding:.5em;vertical-align:top;text-align:left}
@@ -37,6 +38,7 @@ class Row:
     status: str
     reason: str
     scale: str
+    seconds: str
     command: str
 
 
@@ -68,7 +70,8 @@ def page(folder: Path) -> str:
             picture = f"[<img src='{image}' width='160'>](../notebooks/{row.picture.stem}.ipynb)"
         status = row.status + (f": {row.reason}" if row.reason else "")
         measured = f"{row.fact}: **{row.found}**" if row.fact else ""
-        cells = picture, row.of, row.says, measured, row.expected, status, row.scale, f"`{row.command}`"
+        cells = picture, row.of, row.says, measured, row.expected, status, row.scale, row.seconds
+        cells = *cells, f"`{row.command}`"
         lines.append("| " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"
 
@@ -93,7 +96,7 @@ def html_page(folder: Path) -> str:
         status = f"<span class='{row.status.split()[0]}'>{row.status}</span>{reason}"
         measured = f"{escape(row.fact)}: <b>{escape(row.found)}</b>" if row.fact else ""
         cells = picture, escape(row.of), escape(row.says), measured, escape(row.expected), status, row.scale
-        cells = *cells, f"<code>{escape(row.command)}</code>"
+        cells = *cells, row.seconds, f"<code>{escape(row.command)}</code>"
         lines.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>\n")
     lead = re.sub("`([^`]+)`", r"<code>\1</code>", escape(LEAD))
     return (
@@ -106,7 +109,7 @@ def html_page(folder: Path) -> str:
 def _row(folder: Path, claim: dict) -> Row:
     scale, name = claim.get("scale", "quick"), claim.get("figure")
     command, status, reason = claim.get("command"), claim.get("status"), claim.get("reason", "")
-    picture, fact, found, bound = None, "", "", ""
+    picture, fact, found, bound, seconds = None, "", "", "", ""
     if name is not None:
         base = folder if scale == "quick" else folder / scale
         facts = json.loads((base / f"{name}.json").read_text())
@@ -118,6 +121,7 @@ def _row(folder: Path, claim: dict) -> Row:
         status, unit = verdict.status, expected[fact]["unit"]
         if not verdict.holds:
             status, reason = "differs", "the last run did not come to what is expected"
+        seconds = f"{facts['seconds']:.0f}" if "seconds" in facts else ""
         found, bound = _said(facts[fact], unit), _bound(expected[fact], unit)
         command = f"rasp figures {name}" + ("" if scale == "quick" else f" --scale {scale}")
         picture, scale = base / f"{name}.png", f"{scale}: {facts['data']}" if "data" in facts else scale
@@ -125,13 +129,12 @@ def _row(folder: Path, claim: dict) -> Row:
         raise InputError(f"claims.json: {claim['of']}: needs a command and a status, one of {', '.join(STATUSES)}")
     if status == "differs" and not reason:
         raise InputError(f"claims.json: {claim['of']}: differs, so it needs a reason")
-    return Row(picture, claim["of"], claim["says"], fact, found, bound, status, reason, scale, command)
+    return Row(picture, claim["of"], claim["says"], fact, found, bound, status, reason, scale, seconds, command)
 
 
 def _write(path: Path, text: str) -> Path:
-    part = path.with_suffix(".part")
-    part.write_text(text)
-    part.replace(path)
+    with whole(path) as part:
+        part.write_text(text)
     return path
 
 

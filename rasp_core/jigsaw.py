@@ -7,7 +7,7 @@ may still be wrong, so several assemblies are followed, and the best of all surf
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
@@ -15,12 +15,11 @@ import numpy as np
 from tqdm.auto import tqdm
 
 from .containers import Container
-from .docking import Docking, Part, Place
+from .docking import FOUND, Docking, Part, Place, apart, cost
 from .errors import InputError
 from .meshes import Body
 
-LOOKED_AT = 4  # parts tried at each step, the largest first
-FOLLOWED = 2  # places of each that are followed
+FOLLOWED = 2  # places of each part that are followed
 HULL_FOLLOWED, HULL_BEAM = 10, 40  # where a hull alone tells little
 BEAM = 4  # assemblies that are followed where one alone comes to no good end
 FEW = 12  # parts at most for which they are
@@ -29,16 +28,18 @@ SWEEPS = 2  # in which each part is drawn in once more between all others
 DOUBTFUL = 0.7, 0.8, 0.7, 0.8, 0.85, 0.7  # scores under which parts are looked at anew, round by round
 VAIN = 2  # rounds without a gain after which that ends
 LEAST_GAIN = 0.01  # of quality
+LARGE = 0.02  # of its surface: what a part leads by for being large, where nothing else shows which to place first
 ALIKE = 0.1  # radians, and share of a part's radius: poses nearer than that are the same place
 
 
 @dataclass(frozen=True)
 class _State:
-    """Parts that have their places, by number, in the order in which they came; lead: the surface, in square metres,
-    by which their places led the next best ones."""
+    """Parts that have their places, by number, in the order in which they came; found: places of the others, the best
+    first; lead: the surface, in square metres, by which the places led the next best ones."""
 
     docking: Docking
-    order: tuple[int, ...] = ()
+    order: tuple[int, ...]
+    found: Mapping[int, list[Place]]
     lead: float = 0.0
 
     def like(self, other: _State) -> bool:
@@ -75,7 +76,7 @@ def candidates(bodies: Sequence[Body], hull: Container, seed: int = 0, progress:
     """Places for all parts within a hull, in many ways; which is right shows elsewhere. Raises InputError as `solve`
     does."""
     with tqdm(disable=not progress, desc="assemble", unit="part", leave=False) as bar:
-        search = _Search(bodies, hull, seed, bar, looked_at=1, followed=HULL_FOLLOWED)
+        search = _Search(bodies, hull, seed, bar, HULL_FOLLOWED)
         return [state.places for state in search.fill(search.empty, HULL_BEAM)]
 
 
@@ -97,49 +98,63 @@ class _Search:
         whole: Container,
         seed: int,
         bar: tqdm,
-        looked_at: int = LOOKED_AT,
         followed: int = FOLLOWED,
     ):
         self.parts, self.seed, self.bar, self.tries = [Part(body) for body in bodies], seed, bar, 0
-        self.looked_at, self.followed = looked_at, followed
-        self.empty = _State(Docking(whole))
-        self.alone = self.places([(self.empty, i) for i in range(len(bodies))])
+        self.followed = followed
+        empty = Docking(whole)
+        self.alone = self._places([(empty, i, [], None) for i in range(len(bodies))])
         for body, found in zip(bodies, self.alone, strict=True):
             if not found:
                 raise InputError(f"{body.name} fits nowhere in the whole; is it a part of it?")
+        self.empty = _State(empty, (), dict(enumerate(self.alone)))
 
-    def places(self, wanted: Sequence[tuple[_State, int]]) -> list[list[Place]]:
-        """Places of parts in states, several at once."""
+    def _places(self, wanted: Sequence[tuple[Docking, int, list[Place], int | None]]) -> list[list[Place]]:
+        """For each docking and part: the places known so far with their scores now, and new ones, which touch the
+        placed part of that number, where one is given."""
         first, self.tries = self.tries, self.tries + len(wanted)
 
         def one(k: int) -> list[Place]:
-            state, i = wanted[k]
-            return state.docking.places(self.parts[i], np.random.default_rng([self.seed, first + k]))
+            docking, i, known, about = wanted[k]
+            part, random = self.parts[i], np.random.default_rng([self.seed, first + k])
+            known = [place for place in docking.rescored(part, known) if place.score > 0] if known else []
+            found = sorted([*known, *docking.places(part, random, about)], key=cost)
+            return apart(found, FOUND, ALIKE, ALIKE * part.body.radius)
 
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             return list(pool.map(one, range(len(wanted))))
 
+    def _around(self, docking: Docking, order: tuple[int, ...]) -> _State:
+        """The state of parts that are placed, by number, with places for all others."""
+        rest = [i for i in range(len(self.parts)) if i not in order]
+        return _State(
+            docking, order, dict(zip(rest, self._places([(docking, i, [], None) for i in rest]), strict=True))
+        )
+
     def fill(self, state: _State, width: int) -> list[_State]:
         """Places for the parts that have none, the best first; `width` assemblies are followed."""
         states = [state]
-        while len(states[0].order) < len(self.parts):
-            wanted = [(state, i) for state in states for i in self._largest(state)]
-            tried = self.places(wanted) if states[0].order else [[]] * len(wanted)
+        while states[0].found:
             # what fits nowhere beside the others lies, doubtfully, where it would alone
             steps = [
                 (state.lead + self._lead(i, place, found), state, i, place)
-                for (state, i), found in zip(wanted, tried, strict=True)
+                for state in states
+                for i, found in state.found.items()
                 for place in (found or self.alone[i])[: self.followed]
             ]
             states = []
             for lead, before, i, place in sorted(steps, key=lambda step: -step[0]):
                 docking = before.docking.copy()
                 docking.put(self.parts[i], place)
-                state = _State(docking, (*before.order, i), lead)
+                rest = {k: found for k, found in before.found.items() if k != i}
+                state = _State(docking, (*before.order, i), rest, lead)
                 if not any(state.like(other) for other in states):
                     states.append(state)
                     if len(states) == width:
                         break
+            wanted = [(s.docking, i, known, len(s.order) - 1) for s in states for i, known in s.found.items()]
+            found = iter(self._places(wanted))
+            states = [replace(s, found={i: next(found) for i in s.found}) for s in states]
             self.bar.update()
         for state in states:
             _draw_together(state.docking)
@@ -156,20 +171,16 @@ class _Search:
             docking = self.empty.docking.copy()
             for _, part, place in kept:
                 docking.put(part, place)
-            again = self.fill(_State(docking, tuple(i for i, _, _ in kept)), 1)[0]
+            again = self.fill(self._around(docking, tuple(i for i, _, _ in kept)), 1)[0]
             vain = 0 if again.quality > state.quality + LEAST_GAIN else vain + 1
             state = max(state, again, key=lambda state: state.quality)
         return state
-
-    def _largest(self, state: _State) -> list[int]:
-        rest = set(range(len(self.parts))) - set(state.order)
-        return sorted(rest, key=lambda i: -self.parts[i].body.volume)[: self.looked_at]
 
     def _lead(self, i: int, place: Place, found: Sequence[Place]) -> float:
         """The surface, in square metres, by which a place leads the part's others, those in the empty whole too."""
         part = self.parts[i]
         rivals = [other.score for other in (*found, *self.alone[i]) if _differ(part, place, other)]
-        return part.area * (place.score - max(rivals, default=0.0))
+        return part.area * (place.score - max(rivals, default=0.0) + LARGE)
 
 
 def _differ(part: Part, one: Place, other: Place) -> bool:

@@ -145,12 +145,11 @@ class _Run:
         for attempt in range(MOST_TRIES):
             if len(self.chosen) == len(self.pool) or refused == PATIENCE or self.stopped:
                 break
-            refused, seed = refused + 1, self.settings.seed + attempt
+            refused += 1
             chosen, start = press.add(self.chosen, self.start, 1, press.shareable)
             if len(chosen) == len(self.chosen):
                 continue
-            movers = press.vicinity(chosen, start, 1)
-            start = press.settle(chosen, press.apart(chosen, start, seed, movers)[0], seed, movers)
+            start = press.press_in(chosen, start, self.settings.seed + attempt, 1)
             if start is not None:
                 self.chosen, self.start, refused = chosen, start, 0
                 self._record(added=True)

@@ -8,8 +8,8 @@ from __future__ import annotations
 import copy
 import hashlib
 import os
-import tempfile
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -19,6 +19,7 @@ import torch
 from torch import Tensor
 
 from . import o3d
+from .files import whole
 from .meshes import Body
 
 CELLS = 48  # along the longest edge of the body's bounding box
@@ -73,16 +74,10 @@ def bake_cached(body: Body, cells: int = CELLS, padding: float = PADDING) -> Gri
             return Grid(data["values"], data["origin"], float(data["spacing"]))
     except Exception:  # absent or damaged, whatever numpy and zipfile call it: both are mended by baking
         grid = bake(body.solid_vertices, body.solid_faces, cells, padding)
-    temporary = None
-    try:
+    with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".part", delete=False) as file:
-            temporary = Path(file.name)
+        with whole(path) as part, part.open("wb") as file:
             np.savez(file, values=grid.values, origin=grid.origin, spacing=grid.spacing)
-        temporary.replace(path)
-    except OSError:
-        if temporary is not None:
-            temporary.unlink(missing_ok=True)
     return grid
 
 

@@ -148,7 +148,8 @@ class _Search:
             self.budget.tries += 1
             self.bar.update()
             more, there = self.press.add(chosen, start, batch, np.inf)
-            settled = None if len(more) == len(chosen) else self._pressed(more, there, len(more) - len(chosen))
+            fresh, seed = len(more) - len(chosen), self.settings.seed + self.budget.tries
+            settled = self.press.press_in(more, there, seed, fresh) if fresh else None
             if settled is not None:
                 chosen, start, failed, batch = more, settled, 0, min(2 * batch, BATCH)
                 continue
@@ -173,20 +174,11 @@ class _Search:
         order = list(range(len(self.bodies)))
         if self.random.random() < MOVED:
             order, start = self._moved(order, start)
-        held = self._pressed(order, start)
+        held = self.press.press_in(order, start, self.settings.seed + self.budget.tries)
         self.step *= FAILED if held is None else HELD
         self.step = float(np.clip(self.step, SMALLEST_STEP, LARGEST_STEP))
         if held is not None:
             self._keep(*self._drawn_in(held.take(np.argsort(order))))
-
-    def _pressed(self, chosen: list[int], start: Start, fresh: int | None = None) -> Start | None:
-        """The poses after pressing, of the objects about the last `fresh`, or of all; None where that does not hold."""
-        seed = self.settings.seed + self.budget.tries
-        movers = None if fresh is None else self.press.vicinity(chosen, start, fresh)
-        start, overlap = self.press.apart(chosen, start, seed, movers)
-        if overlap > self.press.hopeless:
-            return None
-        return self.press.settle(chosen, start, seed, movers)
 
     def _smaller(self) -> np.ndarray:
         """The edges of the next box to try: all free edges shorter, or a random one of them."""

@@ -19,6 +19,7 @@ from pathlib import Path
 from tqdm.auto import tqdm
 
 from .errors import InputError
+from .files import whole
 
 DEATHS = 10  # workers that may die under one run before it is given up
 
@@ -135,6 +136,5 @@ def _read(path: Path) -> dict | None:
 
 
 def _write(path: Path, record: dict) -> None:
-    part = path.with_suffix(".part")
-    part.write_text(json.dumps(record, indent=1) + "\n")
-    os.replace(part, path)
+    with whole(path) as part:
+        part.write_text(json.dumps(record, indent=1) + "\n")

@@ -77,7 +77,9 @@ def test_notebooks_are_run_and_their_facts_compared(tmp_path, capsys):
     assert (tmp_path / "out" / "notebooks" / "quick" / "01_test.ipynb").exists()
     expect(tmp_path, at_least=43)
     assert figures.run(["01_test"], "paper", root=tmp_path) == 1
-    assert json.loads((tmp_path / "paper_figures" / "paper" / "01_test.json").read_text())["scale"] == "paper"
+    facts = json.loads((tmp_path / "paper_figures" / "paper" / "01_test.json").read_text())
+    assert facts["scale"] == "paper"
+    assert 0 < facts["seconds"] < 120
     assert figures.run(store=True, root=tmp_path) == 1
     stored = nbformat.read(tmp_path / "notebooks" / "01_test.ipynb", 4)
     assert all(cell.execution_count for cell in stored.cells if cell.cell_type == "code")

@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 # each module may import those before it
 ORDER = [
-    "errors", "o3d", "engine", "untrusted", "meshes", "poses", "cameras", "sdf", "kernels", "kernels_surface",
+    "errors", "files", "o3d", "engine", "untrusted", "meshes", "poses", "cameras", "sdf", "kernels", "kernels_surface",
     "kernels_silhouettes",
     "containers", "forces", "outlines", "silhouettes", "losses", "contact", "scene", "problem", "checkpoint", "arrange",
     "budget",
@@ -28,7 +28,7 @@ ORDER = [
     "removal", "physics", "pictures", "hulls", "docking", "jigsaw", "assembly", "accuracy", "profiles",
     "kernels_covering", "covering", "veiling", "lettering", "anamorphic", "atlas", "painting", "starts",
     "ablation", "sweep", "live", "show", "results",
-    "provenance", "figures", "gallery", "widgets", "commands", "__main__",
+    "provenance", "figures", "prose", "gallery", "widgets", "commands", "__main__",
 ]  # fmt: skip
 
 
