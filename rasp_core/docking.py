@@ -9,7 +9,6 @@ point to plane (Chen & Medioni 1992), and judged. The paper's signal is the silh
 from __future__ import annotations
 
 import copy
-import itertools
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -82,6 +81,8 @@ class Docking:
         self.whole, self.attracts = whole, attracts
         self.fine, self.finest, self.small = edge / FINE, edge / FINEST, SMALL * edge
         self.placed: list[tuple[Part, Place]] = []
+        self.wall = whole.arrays(torch.float32)
+        self._note_placed()
         mesh = trimesh.Trimesh(whole.body.solid_vertices + whole.body.centre, whole.body.solid_faces, process=False)
         points, faces = trimesh.sample.sample_surface(mesh, WHOLE_POINTS, seed=0)
         self.boundary, self.normals = np.asarray(points), np.asarray(mesh.face_normals[faces])
@@ -98,6 +99,12 @@ class Docking:
         self.boundary = np.concatenate([self.boundary[free], points[bare]])
         self.normals = np.concatenate([self.normals[free], -normals[bare]])
         self.placed.append((part, place))
+        self._note_placed()
+
+    def move(self, number: int, place: Place) -> None:
+        """Give the placed part of that number another place nearby; the boundary is not looked at anew."""
+        self.placed[number] = self.placed[number][0], place
+        self._note_placed()
 
     def copy(self) -> Docking:
         """The same state, to go on from in another way."""
@@ -135,17 +142,8 @@ class Docking:
         damping = np.diag([1e-4 * part.body.radius**2] * 3 + [1e-4] * 3)
         for step in range(STEPS):
             near = fine * (NEAR * (1 - step / STEPS) + CLOSE / 2)
-            square, slope = np.zeros((len(places), 6, 6)) + damping, np.zeros((len(places), 6))
-            arms = (part.points @ rotation.swapaxes(1, 2)).reshape(-1, 3)
-            for index, distance, normal, along, inwards in self._boundaries(part, rotation, centre, near):
-                kept = ((np.abs(distance) < near) & (along > ALIKE)) | inwards
-                index, distance, normal = index[kept], distance[kept], normal[kept]
-                row = np.hstack([np.cross(arms[index], normal), normal])
-                weighed = row / (1 + (distance / near) ** 2)[:, None]
-                ends = np.searchsorted(index, np.arange(len(places) + 1) * POINTS)
-                for k, (first, last) in enumerate(itertools.pairwise(ends)):
-                    square[k] += weighed[first:last].T @ row[first:last] + damping * (last - first)
-                    slope[k] += weighed[first:last].T @ distance[first:last]
+            (rows, _), square, slope = self._look(part, rotation, centre, near, ALIKE, draws=True)
+            square += damping * (1 + rows)[:, None, None]
             turn = -np.linalg.solve(square, slope[:, :, None])[:, :, 0]
             turn[:, :3] *= np.minimum(1, 0.15 / np.maximum(np.linalg.norm(turn[:, :3], axis=1), 1e-12))[:, None]
             rotation = Rotation.from_rotvec(turn[:, :3]).as_matrix() @ rotation
@@ -165,34 +163,31 @@ class Docking:
 
     def _scores(self, part: Part, rotation, centre, count: int = POINTS, loose: float = 1.0) -> np.ndarray:
         """By the first `count` of the part's points; loose : what counts as close, times CLOSE."""
-        close = loose * CLOSE * self.fine
-        lies, leaves = np.zeros(len(rotation) * count), np.zeros(len(rotation) * count, bool)
-        for index, distance, _, along, outside in self._boundaries(part, rotation, centre, close, count):
-            near = np.clip(1 - np.abs(distance) / close, 0, 1) * (along > 0.75)
-            lies[index] = np.maximum(lies[index], near)
-            leaves[index] |= outside & (np.abs(distance) > close)
-        return lies.reshape(-1, count).mean(1) - OUTSIDE * leaves.reshape(-1, count).mean(1)
+        (lies, leaves), _, _ = self._look(part, rotation, centre, loose * CLOSE * self.fine, 0.75, False, count)
+        return lies - OUTSIDE * leaves
 
-    def _boundaries(self, part: Part, rotation, centre, near: float, count: int = POINTS):
-        """For the whole and each other part nearby, of B poses: which of the part's `(B x P)` points are near, and for
-        each of these M: distance `(M,)`, its gradient `(M, 3)`, the cosine between the normals as they should lie, and
-        whether the point is where it must not be."""
-        turned = rotation.swapaxes(1, 2)
-        points = (part.points[:count] @ turned + centre[:, None]).reshape(-1, 3)
-        normals = (part.normals[:count] @ turned).reshape(-1, 3)
-        found = self.whole.signed_distance(torch.from_numpy(points).float())
-        distance, gradient = (x.numpy().astype(np.float64) for x in found)
-        along = (normals * gradient).sum(1) if self.attracts else np.full(len(points), -1.0)
-        yield np.arange(len(points)), distance, gradient, along, distance > 0
-        for other, pose in self.placed:
-            if other is part:
-                continue
-            local = (points - pose.centre) @ pose.rotation
-            index = np.flatnonzero((np.abs(local) < other.body.half_extents + near).all(1))
-            if len(index):
-                distance, gradient = other.signed_distance(local[index])
-                gradient = gradient @ pose.rotation.T
-                yield index, distance, gradient, -(normals[index] * gradient).sum(1), distance < 0
+    def _look(self, part: Part, rotation, centre, near: float, alike: float, draws: bool, count: int = POINTS):
+        """What `kernels_docking.look` finds of B poses: shares as two rows `(B,)`, square and slope."""
+        from .kernels_docking import look
+
+        shares, square, slope = (np.zeros((len(rotation), *shape)) for shape in ((2,), (6, 6), (6,)))
+        surface = part.points[:count], part.normals[:count]
+        others = [other for other, _ in self.placed]
+        skip = next((k for k, other in enumerate(others) if other is part), -1)
+        found = shares, square, slope
+        look(*surface, rotation, centre, self.wall, self.attracts, self._others, skip, near, alike, draws, *found)
+        return shares.T, square, slope
+
+    def _note_placed(self) -> None:
+        """Keep the placed parts as arrays."""
+        parts, poses = [part for part, _ in self.placed], [place for _, place in self.placed]
+        self._others = (
+            sdf.GridStack([part.grid for part in parts]).arrays,
+            np.array([part.body.half_extents for part in parts]).reshape(-1, 3),
+            np.array([part.body.radius for part in parts]),
+            np.array([place.rotation for place in poses]).reshape(-1, 3, 3),
+            np.array([place.centre for place in poses]).reshape(-1, 3),
+        )
 
     def _covered(self, part: Part, place: Place, points: np.ndarray) -> np.ndarray:
         """Which points `(M, 3)` lie in the part, or close to it."""
@@ -210,11 +205,18 @@ def cost(place: Place) -> float:
 
 
 def apart(places: Iterable[Place], count: int, angle: float, reach: float) -> list[Place]:
-    """The first ones of `places` that are not like an earlier one, `count` at most."""
-    kept: list[Place] = []
-    for place in places:
-        if all(place.far_from(other, angle, reach) for other in kept):
-            kept.append(place)
+    """The first ones of `places` that are not like an earlier one, `count` at most; see `Place.far_from`."""
+    places = list(places)
+    if not places:
+        return []
+    turns = np.array([place.rotation for place in places]).reshape(len(places), 9)
+    centres = np.array([place.centre for place in places])
+    alike = (turns @ turns.T - 1) / 2 >= np.cos(angle)
+    alike &= np.linalg.norm(centres[:, None] - centres[None], axis=2) <= reach
+    kept: list[int] = []
+    for i in range(len(places)):
+        if not alike[i, kept].any():
+            kept.append(i)
             if len(kept) == count:
                 break
-    return kept
+    return [places[i] for i in kept]

@@ -164,10 +164,12 @@ class _Search:
         """The parts that lie doubtfully are taken out and looked at anew, as long as that betters the whole."""
         vain = 0
         for least in DOUBTFUL if len(self.parts) > 2 else ():
-            if state.quality > GOOD or vain == VAIN:
+            if vain == VAIN:
                 break
             pairs = zip(state.order, state.docking.placed, strict=True)
             kept = [(i, part, place) for i, (part, place) in pairs if place.score >= least]
+            if len(kept) == len(self.parts):
+                continue
             docking = self.empty.docking.copy()
             for _, part, place in kept:
                 docking.put(part, place)
@@ -194,4 +196,4 @@ def _draw_together(docking: Docking, still: int | None = None) -> None:
         for k, (part, place) in enumerate(docking.placed):
             now = replace(place, score=docking.score(part, place))
             drawn = docking.draw_in(part, [now]) if sweep < SWEEPS and k != still else []
-            docking.placed[k] = part, max([now, *drawn], key=lambda place: place.score)
+            docking.move(k, max([now, *drawn], key=lambda place: place.score))
