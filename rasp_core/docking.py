@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 import trimesh
+from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from . import sdf
@@ -86,13 +87,17 @@ class Docking:
         mesh = trimesh.Trimesh(whole.body.solid_vertices + whole.body.centre, whole.body.solid_faces, process=False)
         points, faces = trimesh.sample.sample_surface(mesh, WHOLE_POINTS, seed=0)
         self.boundary, self.normals = np.asarray(points), np.asarray(mesh.face_normals[faces])
+        self.surface, self.outwards = cKDTree(self.boundary), self.normals
         self.owner = np.full(len(points), -1)
 
     def put(self, part: Part, place: Place) -> None:
         """Give a part its place."""
         free = ~self._covered(part, place, self.boundary)
         points, normals = part.points @ place.rotation.T + place.centre, part.normals @ place.rotation.T
-        bare = self.whole.signed_distance(torch.from_numpy(points).float())[0].numpy() < -1.5 * CLOSE * self.fine
+        away, nearest = self.surface.query(points)
+        along = (normals * self.outwards[nearest]).sum(1)
+        depth = -self.whole.signed_distance(torch.from_numpy(points).float())[0].numpy()
+        bare = (depth > CLOSE * self.fine / 2) & ((along < ALIKE) | (away > 2 * self.fine))
         for other, there in self.placed:
             bare &= ~self._covered(other, there, points)
         self.owner = np.append(self.owner[free], np.full(bare.sum(), len(self.placed)))

@@ -20,7 +20,7 @@ from .errors import InputError
 from .meshes import Body
 
 FOLLOWED = 2  # places of each part that are followed
-HULL_FOLLOWED, HULL_BEAM = 10, 40  # where a hull alone tells little
+HULL_FOLLOWED, HULL_BEAM = 20, 320  # where a hull alone tells little: places of each part, and assemblies times parts
 BEAM = 4  # assemblies that are followed where one alone comes to no good end
 FEW = 12  # parts at most for which they are
 GOOD = 0.85  # quality above which the end is good
@@ -77,7 +77,7 @@ def candidates(bodies: Sequence[Body], hull: Container, seed: int = 0, progress:
     does."""
     with tqdm(disable=not progress, desc="assemble", unit="part", leave=False) as bar:
         search = _Search(bodies, hull, seed, bar, HULL_FOLLOWED)
-        return [state.places for state in search.fill(search.empty, HULL_BEAM)]
+        return [state.places for state in search.fill(search.empty, HULL_BEAM // len(bodies))]
 
 
 def draw_together(bodies: Sequence[Body], hull: Container, places: Sequence[Place]) -> list[Place]:

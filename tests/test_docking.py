@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from data_fetch import fracture, vessels
 from rasp_core.containers import Container
-from rasp_core.docking import Docking, Part, Place
+from rasp_core.docking import Docking, Part, Place, apart
 from rasp_core.meshes import make_body
 
 
@@ -84,38 +84,61 @@ def test_a_bound_does_not_draw_parts_to_it(broken):
 
 
 def test_a_copy_goes_on_alone(broken):
-    whole, (large, _) = broken
+    whole, (large, small) = broken
     dock = Docking(whole)
-    twin, free = dock.copy(), dock.rooms[0][1].free.sum()
+    twin, points = dock.copy(), len(dock.boundary)
     twin.put(large, true(large))
     assert dock.placed == []
-    assert dock.rooms[0][1].free.sum() == free > twin.rooms[0][1].free.sum()
+    assert len(dock.boundary) == points != len(twin.boundary)
+    third = twin.copy()
+    third.move(0, Place(np.eye(3), large.body.centre + 0.01, 0.0))
+    assert twin.score(small, true(small)) != pytest.approx(third.score(small, true(small)))
+    assert twin.score(small, true(small)) == pytest.approx(twin.rescored(small, [true(small)])[0].score)
 
 
-def test_what_has_its_place_is_no_longer_free(broken):
-    whole, (large, _) = broken
+def test_the_boundary_is_what_nothing_covers(broken):
+    """Where both parts have their places all is covered; one of them covers its own share, and bares its fracture."""
+    whole, (large, small) = broken
     dock = Docking(whole)
-    before = dock.rooms[0][1].free.sum() * dock.rooms[0][1].voxel ** 3
-    assert before == pytest.approx(whole.volume, rel=0.03)
+    area = whole.body.manifold.surface_area()
+    assert len(dock.boundary) == 4000
     dock.put(large, true(large))
-    after = dock.rooms[0][1].free.sum() * dock.rooms[0][1].voxel ** 3
-    assert before - after == pytest.approx(large.body.volume, rel=0.05)
+    # the whole's surface that is left is the small part's own, so much as is not its fracture
+    fracture_area = (large.area + small.area - area) / 2
+    left = (dock.owner < 0).sum() / 4000 * area
+    assert left == pytest.approx(small.area - fracture_area, rel=0.1)
+    bared = (dock.owner == 0).sum() / 600 * large.area
+    assert bared == pytest.approx(fracture_area, rel=0.35)  # but along its edges, where it is near the surface
+    # its normals are those that the other part's fracture must have
+    inwards = (dock.normals[dock.owner == 0] * (small.body.centre - large.body.centre)).sum(1)
+    assert (inwards < 0).mean() > 0.9
+    dock.put(small, true(small))
+    assert len(dock.boundary) < 0.02 * 4000
 
 
-def test_shifts_by_fourier_transforms_are_those_of_a_slow_search(broken):
-    whole, (_, small) = broken
-    room = Docking(whole).rooms[0][0]
-    turn = Rotation.from_rotvec([0.3, 0.2, -0.4]).as_matrix()
-    (found,) = room.best(small, [turn])
-    share = room._share(small, turn, room.first - found.centre, room.shape)
-    from scipy import ndimage
+def test_places_about_a_neighbour_touch_it(broken):
+    whole, (large, small) = broken
+    dock = Docking(whole)
+    dock.put(large, true(large))
+    found = dock.places(small, np.random.default_rng(0), about=0)
+    assert not found[0].far_from(true(small), np.radians(2), 0.002)
+    assert dock.places(small, np.random.default_rng(0), about=1) == [], "no such part, so nothing to touch"
 
-    cost = 1 - room.free + 2.0 * ndimage.gaussian_laplace(room.free, 1.0)
-    assert -found.score == pytest.approx((share * cost).sum(), rel=1e-3, abs=1e-3)
-    for axis in range(3):
-        for step in (-1, 1):
-            moved = np.roll(share, step, axis)
-            assert (moved * cost).sum() >= (share * cost).sum() - 1e-3
+
+def test_of_places_alike_the_first_is_kept():
+    turn = Rotation.from_rotvec([0.0, 0.0, 0.2]).as_matrix()
+    here, there = np.zeros(3), np.array([0.02, 0.0, 0.0])
+    places = [
+        Place(np.eye(3), here, 0.9),
+        Place(turn, here, 0.8),
+        Place(np.eye(3), there, 0.7),
+        Place(turn, there, 0.6),
+    ]
+    assert apart(places, 9, 0.1, 0.01) == places
+    assert apart(places, 9, 0.3, 0.01) == [places[0], places[2]]
+    assert apart(places, 9, 0.3, 0.05) == places[:1]
+    assert apart(places, 2, 0.1, 0.01) == places[:2]
+    assert apart([], 2, 0.1, 0.01) == []
 
 
 def test_a_part_too_large_for_the_room_has_no_place(broken):

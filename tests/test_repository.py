@@ -25,8 +25,9 @@ ORDER = [
     "containers", "forces", "outlines", "silhouettes", "losses", "contact", "scene", "problem", "checkpoint", "arrange",
     "budget",
     "certify", "density", "packing", "voxels", "baselines", "mending", "pressing", "rasp", "dense", "smallest", "jobs",
-    "removal", "physics", "pictures", "hulls", "docking", "jigsaw", "assembly", "accuracy", "profiles",
-    "kernels_covering", "covering", "veiling", "lettering", "anamorphic", "atlas", "painting", "starts",
+    "removal", "physics", "pictures", "hulls", "matching", "kernels_docking", "docking", "jigsaw", "assembly",
+    "accuracy", "profiles", "kernels_covering", "covering", "veiling", "lettering", "anamorphic", "atlas", "painting",
+    "starts",
     "ablation", "sweep", "live", "show", "results",
     "provenance", "figures", "prose", "gallery", "widgets", "commands", "__main__",
 ]  # fmt: skip
