@@ -157,6 +157,7 @@ def table(verdicts: Sequence[Verdict]) -> str:
 def _execute(path: Path, scale: str, out: Path, store: bool, root: Path) -> str | None:
     """Run one notebook; None, or in one line how it failed."""
     import papermill
+    from nbclient.exceptions import DeadKernelError
 
     target = path if store else root / "out" / "notebooks" / scale / path.name
     target.parent.mkdir(parents=True, exist_ok=True)
@@ -176,6 +177,9 @@ def _execute(path: Path, scale: str, out: Path, store: bool, root: Path) -> str 
     except papermill.exceptions.PapermillExecutionError as error:
         os.replace(part, target)
         return f"failed in cell {error.exec_count}: {error.ename}: {' '.join(str(error.evalue).split())[:200]}"
+    except DeadKernelError:
+        part.unlink(missing_ok=True)
+        return "failed: its Python process died"
     _forget_places(part)
     os.replace(part, target)
     return None

@@ -148,7 +148,8 @@ def trimmed(picture: np.ndarray, margin: int = 12) -> np.ndarray:
 def _load_pyvista():
     if sys.platform == "linux" and not os.environ.get("DISPLAY"):
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")  # do not try X first
-    import pyvista
+    import torch._dynamo  # noqa: F401 - triton's LLVM, which crashes where Mesa's has been loaded before it
+    import pyvista  # isort: skip
 
     return pyvista
 

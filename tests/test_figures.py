@@ -100,3 +100,10 @@ def test_names_and_places_without_notebooks_are_refused(tmp_path):
         figures.run(["02_gone"], root=tmp_path)
     with pytest.raises(InputError, match="quick scale"):
         figures.run(scale="paper", store=True, root=tmp_path)
+
+
+def test_a_notebook_whose_process_dies_says_so(tmp_path, capsys):
+    notebook(tmp_path, "01_test", "import os, signal\nos.kill(os.getpid(), signal.SIGKILL)")
+    assert figures.run(root=tmp_path) == 1
+    assert "failed: its Python process died" in capsys.readouterr().out
+    assert not list((tmp_path / "out" / "notebooks" / "quick").iterdir())

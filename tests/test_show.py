@@ -1,5 +1,8 @@
 """Pictures are drawn, without a display, and show what they should."""
 
+import subprocess
+import sys
+
 import numpy as np
 from PIL import Image
 
@@ -143,3 +146,13 @@ def test_a_lamp_stands_before_each_shadow():
     dark, lit = (show.scene_picture(bodies, matrices, lamps=lamps, **look).astype(int) for lamps in (False, True))
     yellow = [((p[..., 0] > 230) & (p[..., 1] > 180) & (p[..., 2] < 120)).sum() for p in (dark, lit)]
     assert yellow[1] > yellow[0] + 10
+
+
+def test_triton_is_loaded_before_mesa():
+    """The other way round their two LLVMs crash the process, with torch's wheels for CUDA and Debian's Mesa."""
+    code = (
+        "import sys; from rasp_core import show; show._load_pyvista(); names = list(sys.modules); "
+        "print(names.index('torch._dynamo') < min(names.index(name) for name in names if name.startswith('vtk')))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "True"
