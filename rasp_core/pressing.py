@@ -146,12 +146,14 @@ class Press:
         away = np.linalg.norm(centre[:, None] - centre[None, len(chosen) - fresh :], axis=-1) - radius[:, None]
         return np.unique(np.argsort(away, axis=0)[:VICINITY]).tolist()
 
-    def press_in(self, chosen: list[int], start: Start, seed: int, fresh: int | None = None) -> Start | None:
+    def press_in(
+        self, chosen: list[int], start: Start, seed: int, fresh: int | None = None, patient: bool = False
+    ) -> Start | None:
         """Press apart the objects about the last `fresh` of them, or all, until they hold; None where they do not come
-        to that."""
+        to that. patient : also where it looks hopeless."""
         movers = None if fresh is None else self.vicinity(chosen, start, fresh)
         start, overlap = self.apart(chosen, start, seed, movers)
-        return self.settle(chosen, start, seed, movers) if overlap <= self.hopeless else None
+        return self.settle(chosen, start, seed, movers) if patient or overlap <= self.hopeless else None
 
     def apart(self, chosen: list[int], start: Start, seed: int, movers: list[int] | None = None) -> tuple[Start, float]:
         """Press the objects apart; the poses, and the overlap left: the integral of its depth, metres to the fourth.

@@ -39,6 +39,7 @@ RESOLVABLE = 0.01  # share of overlapping volume that the last stage can press o
 LARGEST_DROP = 0.08  # share of the objects dropped in one round
 PATIENCE = 12  # objects in a row that could not be added, after which N_max is reached
 MOST_TRIES = 50  # objects tried at most
+STRAY = 0.005  # of a body's radius: how far surfaces may stray where booleans only choose what is dropped
 STALLED = 0.7  # a settling round that leaves more than this of the worst fault has stalled
 
 
@@ -106,11 +107,12 @@ class _Run:
             learning_rate=2e-2,
             final_learning_rate=3e-3,
         )
-        self._round(base)
+        self._round(base, STRAY)
         relax = replace(base, iterations=max(1, length // 4), learning_rate=8e-3, final_learning_rate=2e-3)
         while not self.stopped and self.fault_share > RESOLVABLE:
             self._drop(max(1, int(len(self.chosen) * min(LARGEST_DROP, self.fault_share))))
-            self._round(relax)
+            self._round(relax, STRAY)
+        self._judge()
         settle = replace(
             base,
             learning_rate=3e-3,
@@ -149,7 +151,7 @@ class _Run:
             chosen, start = press.add(self.chosen, self.start, 1, press.shareable)
             if len(chosen) == len(self.chosen):
                 continue
-            start = press.press_in(chosen, start, self.settings.seed + attempt, 1)
+            start = press.press_in(chosen, start, self.settings.seed + attempt, 1, patient=True)
             if start is not None:
                 self.chosen, self.start, refused = chosen, start, 0
                 self._record(added=True)
@@ -168,19 +170,20 @@ class _Run:
         faults = self.certificate.overlap_volume + self.certificate.protrusion_volume
         return faults / sum(body.volume for body in self.bodies)
 
-    def _round(self, settings: Settings) -> None:
+    def _round(self, settings: Settings, stray: float = 0.0) -> None:
         problem = Problem(self.bodies, self.container)
         self.arrangement = arrange(problem, settings, self.start, self.device, callback=self._after_step)
         self.start = self.arrangement.start
         self.histories.append(self.arrangement.history)
-        self._judge()
+        self._judge(stray)
 
     def _after_step(self, _step) -> bool:
         self.bar.update()
         return self.budget.spent()
 
-    def _judge(self) -> None:
-        self.certificate = certify(self.bodies, self.arrangement.matrices, self.container, TOLERANCE)
+    def _judge(self, stray: float = 0.0) -> None:
+        matrices = self.arrangement.matrices
+        self.certificate = certify(self.bodies, matrices, self.container, TOLERANCE, stray)
         self._record(added=False)
 
     def _record(self, added: bool) -> None:
