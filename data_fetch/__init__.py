@@ -11,7 +11,7 @@ from .fetchers import (
     fetch_kitchen,
     fetch_targets,
 )
-from .fractures import fracture, scatter, vessels
+from .fractures import fracture, joined, scatter, vessels
 from .procedural import cad_like, duck, kitchen_like, polycubes, torus
 from .scans import reconstruct
 
@@ -27,6 +27,7 @@ __all__ = [
     "fetch_kitchen",
     "fetch_targets",
     "fracture",
+    "joined",
     "kitchen_like",
     "polycubes",
     "portraits",

@@ -53,6 +53,13 @@ def fracture(body: Body, parts: int, seed: int = 0) -> list[Body]:
     return [solid_body(f"{body.name}_part{i + 1:02d}", piece) for i, piece in enumerate(pieces)]
 
 
+def joined(parts: Sequence[Body]) -> Body:
+    """The whole that parts make where they lie; where they touch they are united."""
+    first = np.cumsum([0] + [len(part.vertices) for part in parts[:-1]])
+    faces = np.concatenate([part.faces + k for part, k in zip(parts, first, strict=True)])
+    return make_body("whole", np.concatenate([part.vertices for part in parts]), faces)
+
+
 def scatter(parts: Sequence[Body], seed: int = 0) -> tuple[list[Body], np.ndarray]:
     """The parts turned and moved at random, and the `(N, 4, 4)` motions that bring them back."""
     rng, found, back = np.random.default_rng(seed), [], []

@@ -110,12 +110,12 @@ def disagreements(pictures: np.ndarray, hull: np.ndarray, cameras: Sequence[Came
     for k, best in enumerate(likeness(hull, pictures)):
         if best >= ALIKE:
             continue
-        line = f"the picture {_name(cameras[k])} can be met to {best:.1%} at most"
+        line = f"the picture {cameras[k].direction} can be met to {best:.1%} at most"
         for other, picture in enumerate(pictures):
             level = cameras[k].elevation_deg == cameras[other].elevation_deg == 0
             rows = np.flatnonzero(pictures[k].any(1) & ~picture.any(1)) if level else []
             if len(rows):
-                line += f"; {len(rows)} of its rows are empty in the one {_name(cameras[other])}"
+                line += f"; {len(rows)} of its rows are empty in the one {cameras[other].direction}"
         lines.append(f"{line}; choose pictures that agree better")
     return lines
 
@@ -244,7 +244,3 @@ def _draw_in(covering: Covering, seed: int, device) -> np.ndarray:
     if covering.likeness.mean() < alike:
         covering.take(chosen, before)
     return run.history
-
-
-def _name(camera: Camera) -> str:
-    return f"at azimuth {camera.azimuth_deg:g}, elevation {camera.elevation_deg:g}"

@@ -102,8 +102,8 @@ def assemble_by_silhouettes(
     for camera, alike in zip(cameras, alikes, strict=True):
         if alike < UNLIKE:
             warnings.append(
-                f"the parts' silhouette at azimuth {camera.azimuth_deg:g}, elevation {camera.elevation_deg:g} is like "
-                f"the given one by {alike:.1%} only (intersection over union)"
+                f"the parts' silhouette {camera.direction} is like the given one by {alike:.1%} only (intersection "
+                "over union)"
             )
     scores = np.array([place.score for place in placed])
     return Assembly(list(bodies), hull, _start(placed), scores, warnings, alikes)

@@ -57,6 +57,11 @@ class Camera:
         return np.stack([right, np.cross(right, forward), forward])
 
     @property
+    def direction(self) -> str:
+        """Where it looks from, in words."""
+        return f"at azimuth {self.azimuth_deg:g}, elevation {self.elevation_deg:g}"
+
+    @property
     def eye(self) -> np.ndarray:
         """`(4,)` homogeneous: the eye's place and 1, or the direction back to it and 0 where it is at infinity."""
         forward = self.axes[2]

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from functools import lru_cache
 
 import manifold3d
 import numpy as np
 
 from .containers import Container
-from .meshes import Alike, Body
+from .meshes import Body
 
 TOLERANCE = 1e-4  # of the smaller body's volume
 
@@ -64,19 +63,14 @@ class Certificate:
 
 
 def certify(
-    bodies: Sequence[Body],
-    matrices: np.ndarray,
-    container: Container,
-    tolerance: float = TOLERANCE,
-    stray: float = 0.0,
+    bodies: Sequence[Body], matrices: np.ndarray, container: Container, tolerance: float = TOLERANCE
 ) -> Certificate:
     """Judge bodies placed by `matrices` `(N, 4, 4)` (from file coordinates to the world) in a container.
 
     Boxes are tested first: a boolean meets only bodies whose boxes intersect, and against a container that is a box
-    only those whose boxes leave it. stray : by how much of a body's radius its surface may be simplified before; then
-    the volumes are near the truth, in a tenth of the time where meshes are fine, and prove nothing.
+    only those whose boxes leave it.
     """
-    solids = [placed_solid(body, matrix, stray) for body, matrix in zip(bodies, matrices, strict=True)]
+    solids = [placed_solid(body, matrix) for body, matrix in zip(bodies, matrices, strict=True)]
     boxes = np.array([solid.bounding_box() for solid in solids]).reshape(-1, 2, 3)
     overlaps, tested, worst, total = [], 0, 0.0, 0.0
     for i, j in pairs_of_boxes(boxes):
@@ -101,16 +95,11 @@ def certify(
     return Certificate(tolerance, tested, overlaps, protrusions, worst, worst_out, total, total_out)
 
 
-def placed_solid(body: Body, matrix: np.ndarray, stray: float = 0.0) -> manifold3d.Manifold:
-    """The body's solid where `matrix` `(4, 4)` puts it; stray : see `certify`."""
+def placed_solid(body: Body, matrix: np.ndarray) -> manifold3d.Manifold:
+    """The body's solid where `matrix` `(4, 4)` puts it."""
     place = np.asarray(matrix, np.float64)[:3].copy()
     place[:, 3] += place[:, :3] @ body.centre
-    return (_simplified(Alike(body), stray) if stray else body.manifold).transform(place)
-
-
-@lru_cache(maxsize=1024)
-def _simplified(key: Alike, stray: float) -> manifold3d.Manifold:
-    return key.body.manifold.simplify(stray * key.body.radius)
+    return body.manifold.transform(place)
 
 
 def pairs_of_boxes(boxes: np.ndarray) -> list[tuple[int, int]]:

@@ -119,7 +119,7 @@ def art(options: argparse.Namespace) -> int:
     """Heap objects up so that each side shows another picture."""
     import numpy as np
 
-    from . import anamorphic, lettering, meshes, painting, pictures, results, show
+    from . import anamorphic, glb, lettering, meshes, painting, pictures, results, show
     from .cameras import Camera
     from .scene import resolve_device
 
@@ -164,12 +164,15 @@ def art(options: argparse.Namespace) -> int:
             facts |= {"psnr": noise.tolist(), "ssim": alike.tolist()}
             images["painted.png"] = (255 * np.concatenate(painted.images, 1)).astype(np.uint8)
             print(f"rasp: painted, PSNR {noise.min():.1f} dB, SSIM {alike.min():.2f} at least", file=sys.stderr)
+        if options.pictures:
+            images["installation.png"] = show.installation(made.arrangement)
         results.save_run(place, made.shown, made.certificate, facts, images=images, painted=painted)
         if options.pictures:
-            show.save_installation(place / "installation.png", made.arrangement)
-            show.save_turntable(place / "turntable.gif", made.arrangement, painted)
+            with whole(place / "turntable.gif") as part:
+                show.save_turntable(part, made.arrangement, painted)
             heap = made.arrangement.problem.bodies, made.arrangement.matrices
-            (place / "heap.html").write_text(results.page(*heap, painted))
+            with whole(place / "heap.html") as part:
+                part.write_text(glb.page(*heap, painted))
         for line in made.certificate.lines()[:20]:
             print(f"rasp: {line}", file=sys.stderr)
         print(
@@ -222,10 +225,10 @@ def check(options: argparse.Namespace) -> int:
     """Certificate and density of a run."""
     import numpy as np
 
-    from . import density, removal, results
+    from . import density, glb, removal
     from .certify import certify
 
-    bodies, container = results.read_scene(options.scene)
+    bodies, container = glb.read_scene(options.scene)
     stay = np.tile(np.eye(4), (len(bodies), 1, 1))
     certificate = certify(bodies, stay, container)
     print(f"rasp: {_removal(removal.remove_all(bodies, stay))}", file=sys.stderr)

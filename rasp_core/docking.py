@@ -56,10 +56,8 @@ class Part:
 
     def __init__(self, body: Body):
         self.body, self.grid = body, sdf.bake_cached(body)
-        mesh = trimesh.Trimesh(body.solid_vertices, body.solid_faces, process=False)
-        points, faces = trimesh.sample.sample_surface(mesh, POINTS, seed=0)
-        self.points, self.normals = np.asarray(points), np.asarray(mesh.face_normals[faces])
-        self.corners, self.area = mesh.convex_hull.vertices, float(mesh.area)
+        self.points, self.normals = _surface(body, POINTS)
+        self.area = body.manifold.surface_area()
         self._stack = sdf.GridStack([self.grid])
 
     def signed_distance(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -84,9 +82,8 @@ class Docking:
         self.placed: list[tuple[Part, Place]] = []
         self.wall = whole.arrays(torch.float32)
         self._note_placed()
-        mesh = trimesh.Trimesh(whole.body.solid_vertices + whole.body.centre, whole.body.solid_faces, process=False)
-        points, faces = trimesh.sample.sample_surface(mesh, WHOLE_POINTS, seed=0)
-        self.boundary, self.normals = np.asarray(points), np.asarray(mesh.face_normals[faces])
+        points, self.normals = _surface(whole.body, WHOLE_POINTS)
+        self.boundary = points + whole.body.centre
         self.surface, self.outwards = cKDTree(self.boundary), self.normals
         self.owner = np.full(len(points), -1)
 
@@ -109,7 +106,6 @@ class Docking:
     def move(self, number: int, place: Place) -> None:
         """Give the placed part of that number another place nearby; the boundary is not looked at anew."""
         self.placed[number] = self.placed[number][0], place
-        self._note_placed()
 
     def copy(self) -> Docking:
         """The same state, to go on from in another way."""
@@ -135,14 +131,13 @@ class Docking:
             scores = self._scores(part, rotation, centre, count, loose)
             best = np.argsort(-scores, kind="stable")[:kept]
             rotation, centre, scores = rotation[best], centre[best], scores[best]
-        likely = (Place(*pose) for pose in zip(rotation, centre, scores.tolist(), strict=True))
-        likely = apart(likely, DRAWN, 0.12, 0.1 * part.body.radius)
+        likely = apart(_places(rotation, centre, scores), DRAWN, 0.12, 0.1 * part.body.radius)
         drawn = [place for place in self.draw_in(part, likely) if place.score > 0] if likely else []
         return apart(sorted(drawn, key=cost), FOUND, 0.1, 0.1 * part.body.radius)
 
     def draw_in(self, part: Part, places: Sequence[Place]) -> list[Place]:
         """Near each place the one where most of the part's surface lies on the room's boundary, with its score."""
-        rotation, centre = np.stack([place.rotation for place in places]), np.stack([place.centre for place in places])
+        rotation, centre = _poses(places)
         fine = self.finest if part.body.radius < self.small else self.fine
         damping = np.diag([1e-4 * part.body.radius**2] * 3 + [1e-4] * 3)
         for step in range(STEPS):
@@ -153,8 +148,7 @@ class Docking:
             turn[:, :3] *= np.minimum(1, 0.15 / np.maximum(np.linalg.norm(turn[:, :3], axis=1), 1e-12))[:, None]
             rotation = Rotation.from_rotvec(turn[:, :3]).as_matrix() @ rotation
             centre = centre + turn[:, 3:]
-        scores = self._scores(part, rotation, centre)
-        return [Place(*pose) for pose in zip(rotation, centre, scores.tolist(), strict=True)]
+        return _places(rotation, centre, self._scores(part, rotation, centre))
 
     def score(self, part: Part, place: Place) -> float:
         """How much of the part's surface lies on the room's boundary, less twice the share that leaves the room."""
@@ -162,9 +156,8 @@ class Docking:
 
     def rescored(self, part: Part, places: Sequence[Place]) -> list[Place]:
         """The same places with the scores that they have now."""
-        rotation, centre = np.stack([place.rotation for place in places]), np.stack([place.centre for place in places])
-        scores = self._scores(part, rotation, centre)
-        return [Place(*pose) for pose in zip(rotation, centre, scores.tolist(), strict=True)]
+        rotation, centre = _poses(places)
+        return _places(rotation, centre, self._scores(part, rotation, centre))
 
     def _scores(self, part: Part, rotation, centre, count: int = POINTS, loose: float = 1.0) -> np.ndarray:
         """By the first `count` of the part's points; loose : what counts as close, times CLOSE."""
@@ -177,21 +170,19 @@ class Docking:
 
         shares, square, slope = (np.zeros((len(rotation), *shape)) for shape in ((2,), (6, 6), (6,)))
         surface = part.points[:count], part.normals[:count]
-        others = [other for other, _ in self.placed]
-        skip = next((k for k, other in enumerate(others) if other is part), -1)
+        placed = *self._solids, *_poses([place for _, place in self.placed])
+        skip = next((k for k, (other, _) in enumerate(self.placed) if other is part), -1)
         found = shares, square, slope
-        look(*surface, rotation, centre, self.wall, self.attracts, self._others, skip, near, alike, draws, *found)
+        look(*surface, rotation, centre, self.wall, self.attracts, placed, skip, near, alike, draws, *found)
         return shares.T, square, slope
 
     def _note_placed(self) -> None:
-        """Keep the placed parts as arrays."""
-        parts, poses = [part for part, _ in self.placed], [place for _, place in self.placed]
-        self._others = (
+        """Keep the placed parts' grids, boxes and radii as arrays."""
+        parts = [part for part, _ in self.placed]
+        self._solids = (
             sdf.GridStack([part.grid for part in parts]).arrays,
             np.array([part.body.half_extents for part in parts]).reshape(-1, 3),
             np.array([part.body.radius for part in parts]),
-            np.array([place.rotation for place in poses]).reshape(-1, 3, 3),
-            np.array([place.centre for place in poses]).reshape(-1, 3),
         )
 
     def _covered(self, part: Part, place: Place, points: np.ndarray) -> np.ndarray:
@@ -204,6 +195,23 @@ class Docking:
         return found
 
 
+def _surface(body: Body, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points `(count, 3)` spread over a body's surface, in its frame, and their normals."""
+    mesh = trimesh.Trimesh(body.solid_vertices, body.solid_faces, process=False)
+    points, faces = trimesh.sample.sample_surface(mesh, count, seed=0)
+    return np.asarray(points), np.asarray(mesh.face_normals[faces])
+
+
+def _poses(places: Sequence[Place]) -> tuple[np.ndarray, np.ndarray]:
+    """Rotations `(B, 3, 3)` and centres `(B, 3)`."""
+    rotation, centre = [place.rotation for place in places], [place.centre for place in places]
+    return np.array(rotation).reshape(-1, 3, 3), np.array(centre).reshape(-1, 3)
+
+
+def _places(rotation: np.ndarray, centre: np.ndarray, scores: np.ndarray) -> list[Place]:
+    return [Place(*pose) for pose in zip(rotation, centre, scores.tolist(), strict=True)]
+
+
 def cost(place: Place) -> float:
     """What sorts places, the best first."""
     return -place.score
@@ -212,10 +220,8 @@ def cost(place: Place) -> float:
 def apart(places: Iterable[Place], count: int, angle: float, reach: float) -> list[Place]:
     """The first ones of `places` that are not like an earlier one, `count` at most; see `Place.far_from`."""
     places = list(places)
-    if not places:
-        return []
-    turns = np.array([place.rotation for place in places]).reshape(len(places), 9)
-    centres = np.array([place.centre for place in places])
+    rotation, centres = _poses(places)
+    turns = rotation.reshape(-1, 9)
     alike = (turns @ turns.T - 1) / 2 >= np.cos(angle)
     alike &= np.linalg.norm(centres[:, None] - centres[None], axis=2) <= reach
     kept: list[int] = []

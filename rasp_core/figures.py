@@ -54,7 +54,8 @@ def save(
     scene : bodies and their poses `(N, 4, 4)` for NAME.glb, which the gallery's page turns. Each file appears whole or
     not at all.
     """
-    from .results import glb, versions
+    from .glb import encode
+    from .results import versions
 
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
@@ -63,7 +64,7 @@ def save(
             figure.savefig(part, dpi=130, metadata=metadata, format=suffix[1:])
     if scene is not None:
         with whole(out / f"{name}.glb") as part:
-            part.write_bytes(glb(*scene))
+            part.write_bytes(encode(*scene))
     made, notebook = {"versions": versions()}, ROOT / "notebooks" / f"{name}.ipynb"
     if notebook.is_file():  # figures of the user's own have none
         made["sources"] = sources(notebook, ROOT)

@@ -81,7 +81,7 @@ def html_page(folder: Path) -> str:
 
     Raises InputError as `rows` does.
     """
-    from .results import page_of
+    from .glb import page_of
 
     scenes = "".join(
         f"<figure><iframe loading='lazy' srcdoc='{escape(page_of(path.read_bytes()))}'></iframe>"

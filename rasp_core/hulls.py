@@ -49,9 +49,7 @@ def extrusion(image: np.ndarray, camera: Camera) -> Manifold:
     if image.ndim != 2 or image.shape[0] != image.shape[1]:
         raise InputError(f"a silhouette must be a square image, got one of shape {image.shape}")
     if not (image > LEVEL).any():
-        raise InputError(
-            f"the silhouette at azimuth {camera.azimuth_deg:g}, elevation {camera.elevation_deg:g} is empty"
-        )
+        raise InputError(f"the silhouette {camera.direction} is empty")
     pixel = camera.width / len(image)
     lines = contour_generator(z=np.pad(image, 1)).lines(LEVEL)
     # pixel (row, column) of the padded image -> metres to the right and up from the view's centre

@@ -77,7 +77,7 @@ def candidates(bodies: Sequence[Body], hull: Container, seed: int = 0, progress:
     does."""
     with tqdm(disable=not progress, desc="assemble", unit="part", leave=False) as bar:
         search = _Search(bodies, hull, seed, bar, HULL_FOLLOWED)
-        return [state.places for state in search.fill(search.empty, HULL_BEAM // len(bodies))]
+        return [state.places for state in search.fill(search.empty, max(1, HULL_BEAM // len(bodies)))]
 
 
 def draw_together(bodies: Sequence[Body], hull: Container, places: Sequence[Place]) -> list[Place]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -68,15 +68,8 @@ class Body:
 
     def scaled(self, factor: float) -> Body:
         """The body with every length multiplied by `factor`."""
-        return Body(
-            self.name,
-            self.vertices * factor,
-            self.faces,
-            self.solid_vertices * factor,
-            self.solid_faces,
-            self.centre * factor,
-            self.volume * factor**3,
-        )
+        lengths = {key: getattr(self, key) * factor for key in ("vertices", "solid_vertices", "centre")}
+        return replace(self, **lengths, volume=self.volume * factor**3)
 
 
 class Alike:
@@ -176,8 +169,7 @@ def load_body(path: str | Path) -> Body:
     if path.suffix.lower() not in MESH_SUFFIXES:
         raise MeshError(f"{path}: not a mesh file; use one of {' '.join(MESH_SUFFIXES)}")
     mesh = untrusted.load(path).to_mesh()
-    body = make_body(str(path), mesh.vertices, mesh.faces)
-    return Body(**{**body.__dict__, "name": path.stem})
+    return replace(make_body(str(path), mesh.vertices, mesh.faces), name=path.stem)
 
 
 def load_bodies(sources: Iterable[str | Path]) -> list[Body]:
@@ -207,12 +199,8 @@ def unique_names(bodies: Sequence[Body]) -> list[Body]:
         stem = body.name.split("#")[0]
         seen[stem] = seen.get(stem, 0) + 1
         name = stem if seen[stem] == 1 else f"{stem}#{seen[stem]}"
-        named.append(body if name == body.name else Body(**{**_fields(body), "name": name}))
+        named.append(body if name == body.name else replace(body, name=name))
     return named
-
-
-def _fields(body: Body) -> dict:
-    return {key: getattr(body, key) for key in Body.__dataclass_fields__}
 
 
 def _close(name: str, vertices: np.ndarray, faces: np.ndarray):

@@ -13,7 +13,7 @@ from pathlib import Path
 from .errors import InputError
 from .files import whole
 
-QUOTED = re.compile(r'\[(\d+(?:\.(\d+))?)( ?%| mm)?\](\(([^()\s]+\.json)\s+"([^"]+)"\))')
+QUOTED = re.compile(r'\[\d+(?:\.(\d+))?( ?%| mm)?\](\(([^()\s]+\.json)\s+"([^"]+)"\))')
 UNITS = {"": 1.0, "%": 100.0, "mm": 1000.0}  # facts are shares, metres and plain numbers
 
 
@@ -33,7 +33,7 @@ def quoted(path: Path) -> str:
     """
 
     def number(found: re.Match) -> str:
-        _, decimals, unit, link, facts, fact = found.groups()
+        decimals, unit, link, facts, fact = found.groups()
         try:
             value = json.loads((path.parent / facts).read_text())[" ".join(fact.split())]
             shown = f"{value * UNITS[(unit or '').strip()]:.{len(decimals or '')}f}{unit or ''}"

@@ -163,15 +163,12 @@ def save_gif(path: str | Path, pictures: Sequence[np.ndarray], seconds: float = 
     first.save(path, format="GIF", save_all=True, append_images=rest, duration=duration, loop=0)
 
 
-def save_installation(path: str | Path, arrangement: Arrangement) -> None:
-    """The heap between lamps and walls, with its shadows on the walls; from between the first two views."""
-    from PIL import Image
-
+def installation(arrangement: Arrangement, size: tuple[int, int] = (1200, 900)) -> np.ndarray:
+    """Pixels uint8 of the heap between lamps and walls, its shadows on the walls; from between the first two views."""
     run = arrangement
     azimuth = float(np.mean([camera.azimuth_deg for camera in run.cameras[:2]]))
     look = {"shadows": list(zip(run.cameras, run.images, strict=True)), "lamps": True, "azimuth_deg": azimuth}
-    picture = scene_picture(run.problem.bodies, run.matrices, size=(1200, 900), elevation_deg=16.0, **look)
-    Image.fromarray(trimmed(picture)).save(path)
+    return trimmed(scene_picture(run.problem.bodies, run.matrices, size=size, elevation_deg=16.0, **look))
 
 
 def save_turntable(path: str | Path, arrangement: Arrangement, painted: Painted | None = None) -> None:

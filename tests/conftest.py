@@ -74,3 +74,13 @@ def pool(tmp_path):
     for i in range(3):
         trimesh.creation.box((0.04 + 0.01 * i, 0.05, 0.06)).export(tmp_path / f"block{i}.stl")
     return [str(tmp_path)]
+
+
+@pytest.fixture
+def cans(tmp_path):
+    """A folder of four cans of growing radius."""
+    folder = tmp_path / "cans"
+    folder.mkdir()
+    for i in range(4):
+        trimesh.creation.cylinder(0.02 + 0.005 * i, 0.05).export(folder / f"can{i}.stl")
+    return folder

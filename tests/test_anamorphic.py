@@ -19,10 +19,10 @@ from rasp_core.certify import certify
 from rasp_core.containers import box
 from rasp_core.covering import Covering
 from rasp_core.errors import InputError
+from rasp_core.glb import read_scene
 from rasp_core.lettering import letters
 from rasp_core.meshes import make_body, unique_names
 from rasp_core.problem import Start
-from rasp_core.results import read_scene
 
 SIDES = [Camera(0, 0, 1.0), Camera(90, 0, 1.0)]
 

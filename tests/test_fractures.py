@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from data_fetch import fracture, vessels
+from data_fetch import fracture, joined, vessels
 from rasp_core.errors import InputError
 
 
@@ -33,6 +33,14 @@ def test_no_material_is_lost_and_nothing_is_shared(wholes, which, parts):
     assert outside < 1e-9 * whole.volume
     assert all(len(solid.decompose()) == 1 for solid in solids)
     assert [piece.volume for piece in pieces] == sorted((piece.volume for piece in pieces), reverse=True)
+
+
+def test_parts_joined_are_the_whole_again(wholes):
+    whole = wholes[3]
+    again = joined(fracture(whole, 5, seed=1))
+    here, there = (body.manifold.translate(body.centre) for body in (whole, again))
+    assert again.volume == pytest.approx(whole.volume, rel=1e-6)
+    assert (here - there).volume() + (there - here).volume() < 1e-6 * whole.volume
 
 
 def test_cuts_are_rough(wholes):

@@ -84,13 +84,13 @@ def test_the_page_holds_its_pictures_and_scenes(tmp_path):
     from PIL import Image
 
     from data_fetch import kitchen_like
-    from rasp_core.results import glb
+    from rasp_core.glb import encode
 
     shutil.copy(FIGURES / "00_quickstart.json", tmp_path)
     shutil.copy(FIGURES / "00_quickstart.expected.json", tmp_path)
     Image.new("RGB", (900, 300), "white").save(tmp_path / "00_quickstart.png")
     bodies = kitchen_like(2)
-    (tmp_path / "00_quickstart.glb").write_bytes(glb(bodies, np.tile(np.eye(4), (2, 1, 1))))
+    (tmp_path / "00_quickstart.glb").write_bytes(encode(bodies, np.tile(np.eye(4), (2, 1, 1))))
     claim(tmp_path, figure="00_quickstart", fact="certified", reason="a < b")
     text = gallery.write_html(tmp_path, tmp_path / "out" / "gallery.html").read_text()
     assert "certified: <b>yes</b>" in text

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
+from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from data_fetch import vessels
@@ -58,8 +59,6 @@ def test_a_mirror_image_is_not_the_same(boat):
     other = poses(part, mirrored, references, 2 * boat.radius, np.random.default_rng(0))
 
     def best(found, onto):
-        from scipy.spatial import cKDTree
-
         tree = cKDTree(onto)
         moved = part[0][None] @ found[0].swapaxes(1, 2) + found[1][:, None]
         return (tree.query(moved[:2000].reshape(-1, 3))[0].reshape(-1, len(part[0])) ** 2).mean(1).min()

@@ -10,9 +10,9 @@ from PIL import Image
 from rasp_core.cameras import Camera
 from rasp_core.containers import box
 from rasp_core.errors import InputError
+from rasp_core.glb import read_scene, write_scene
 from rasp_core.meshes import make_body
 from rasp_core.painting import SMOOTH, Canvas, measure
-from rasp_core.results import read_scene, write_scene
 
 SIZE, EDGE = 50, 10  # a cube of 0.6 leaves a fifth of the picture on each side
 CAMERAS = [Camera(0, 0, 1.0), Camera(90, 0, 1.0)]

@@ -94,3 +94,33 @@ def test_a_search_adds_what_still_fits(pool):
     assert packed.certificate.holds
     assert packed.density == pytest.approx(max(r["density"] for r in added))
     assert packed.density > dropped[-1]["density"]
+
+
+def test_simplified_surfaces_give_volumes_that_are_near():
+    """Two fine balls whose lens is known: 4 pi r^3 / 3 is cut by two caps of height r - d / 2."""
+    ball = trimesh.creation.icosphere(subdivisions=5, radius=0.05)
+    bodies = [make_body(name, ball.vertices, ball.faces) for name in ("one", "other")]
+    rough = [rasp._simplified(body) for body in bodies]
+    matrices = np.tile(np.eye(4), (2, 1, 1))
+    matrices[1, 0, 3] = 0.06
+    lens = 2 * np.pi * 0.02**2 * (3 * 0.05 - 0.02) / 3
+    room = box((0.3, 0.3, 0.3))
+    (exact,) = certify(bodies, matrices, room).overlaps
+    (near,) = certify(rough, matrices, room).overlaps
+    assert exact.volume == pytest.approx(lens, rel=0.005)
+    assert near.volume == pytest.approx(lens, rel=0.05)
+    assert near.volume != exact.volume
+    assert (near.first, near.second) == ("one", "other")
+    assert rough[0].volume == bodies[0].volume
+    assert rough[0].manifold.num_tri() < 0.5 * len(ball.faces)
+    assert bodies[0].manifold.num_tri() == len(ball.faces)
+
+
+def test_a_foil_that_simplifies_to_nothing_is_no_fault():
+    """Thinner than a surface may stray: the certificate, which is by the body itself, still sees it."""
+    foil = trimesh.creation.box((0.1, 0.1, 1e-5))
+    bodies = [make_body(name, foil.vertices, foil.faces) for name in ("one", "other")]
+    matrices = np.tile(np.eye(4), (2, 1, 1))
+    room = box((0.3, 0.3, 0.3))
+    assert certify([rasp._simplified(body) for body in bodies], matrices, room).overlap_volume < 2 * bodies[0].volume
+    assert not certify(bodies, matrices, room).holds

@@ -28,7 +28,7 @@ ORDER = [
     "removal", "physics", "pictures", "hulls", "matching", "kernels_docking", "docking", "jigsaw", "assembly",
     "accuracy", "profiles", "kernels_covering", "covering", "veiling", "lettering", "anamorphic", "atlas", "painting",
     "starts",
-    "ablation", "sweep", "live", "show", "results",
+    "ablation", "sweep", "live", "show", "glb", "results",
     "provenance", "figures", "prose", "gallery", "widgets", "commands", "__main__",
 ]  # fmt: skip
 

@@ -1,11 +1,8 @@
 """Run folders: complete, readable by others, never half-written."""
 
-import base64
 import csv
-import io
 import json
 import os
-import re
 
 import numpy as np
 import pytest
@@ -17,6 +14,7 @@ from rasp_core.arrange import arrange
 from rasp_core.certify import certify
 from rasp_core.containers import box
 from rasp_core.errors import InputError
+from rasp_core.glb import read_scene
 from rasp_core.meshes import unique_names
 from rasp_core.problem import Problem, Settings
 
@@ -52,7 +50,7 @@ def test_a_runs_folder_holds_all_and_reads_back(run, tmp_path):
     assert rows[0] == ["iteration", "total", "silhouette", "overlap", "extrusion", "contact"]
     assert len(rows) == 6
 
-    bodies, container = results.read_scene(folder)
+    bodies, container = read_scene(folder)
     assert container.volume == pytest.approx(0.027)
     again = certify(bodies, np.tile(np.eye(4), (5, 1, 1)), container)
     assert again.overlap_volume == pytest.approx(certificate.overlap_volume, rel=1e-3, abs=1e-12)
@@ -103,39 +101,3 @@ def test_a_path_that_no_one_may_write_is_named(tmp_path, monkeypatch):
     monkeypatch.setattr(results.tempfile, "TemporaryFile", denied)
     with pytest.raises(InputError, match="Permission denied"):
         results.check_writable(tmp_path / "out")
-
-
-def test_scenes_that_cannot_be_used_are_named(tmp_path):
-    with pytest.raises(InputError, match="no such scene"):
-        results.read_scene(tmp_path / "gone.glb")
-    (tmp_path / "bad.glb").write_bytes(b"glTF nonsense")
-    with pytest.raises(InputError, match="rasp pack writes scenes"):
-        results.read_scene(tmp_path / "bad.glb")
-    cube, sheet = trimesh.creation.box(), trimesh.Trimesh(np.eye(3), [[0, 1, 2]])
-
-    def scene(name, **nodes):
-        made = trimesh.Scene()
-        for node, mesh in nodes.items():
-            made.add_geometry(mesh, node_name=node, geom_name=node)
-        made.export(tmp_path / name)
-        return tmp_path / name
-
-    with pytest.raises(InputError, match="no node named container"):
-        results.read_scene(scene("a.glb", thing=cube))
-    with pytest.raises(InputError, match="no objects"):
-        results.read_scene(scene("b.glb", container=cube))
-    with pytest.raises(InputError, match=r"c\.glb: thing: .*open"):
-        results.read_scene(scene("c.glb", thing=sheet, container=cube))
-
-
-def test_a_page_holds_all_that_it_needs():
-    bodies, matrices = kitchen_like(2), np.tile(np.eye(4), (2, 1, 1))
-    text = results.page(bodies, matrices)
-    assert not re.search(r'(src|href)="', text), "nothing is loaded from elsewhere"
-    data = max(re.findall(r"[A-Za-z0-9+/=]{1000,}", text), key=lambda word: word.startswith("Z2xURg"))
-    scene = trimesh.load_scene(io.BytesIO(base64.b64decode(data)), file_type="glb")
-    assert set(scene.geometry) == {body.name for body in bodies}
-    high = max(np.ptp(body.solid_vertices[:, 2]) for body in bodies)
-    assert np.ptp(scene.bounds[:, 1]) >= 0.99 * high, "up is y in a page"
-    frame = results.page(bodies, matrices, embedded=True)
-    assert frame.startswith("<div><iframe srcdoc=")

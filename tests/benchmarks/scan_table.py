@@ -12,11 +12,10 @@ from itertools import combinations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from data_fetch import fetch_fracture, reconstruct, scatter
+from data_fetch import fetch_fracture, joined, reconstruct, scatter
 from rasp_core.accuracy import measure
 from rasp_core.assembly import assemble
 from rasp_core.containers import Container
-from rasp_core.meshes import make_body
 
 NEAR = 0.03  # in the scans' unit, a fortieth of the thing: points so near to another part lie on the break
 
@@ -30,13 +29,6 @@ def touching(pieces, count):
         return min(near)
 
     return sorted(combinations(range(len(pieces)), 2), key=share, reverse=True)[:count]
-
-
-def united(pieces):
-    """The whole that the pieces make where they lie."""
-    first = np.cumsum([0] + [len(piece.vertices) for piece in pieces[:-1]])
-    faces = np.concatenate([piece.faces + k for piece, k in zip(pieces, first, strict=True)])
-    return Container(make_body("whole", np.concatenate([piece.vertices for piece in pieces]), faces))
 
 
 def main():
@@ -56,7 +48,7 @@ def main():
         for seed in range(options.seeds):
             bodies, truth = scatter(parts, seed)
             began = time.monotonic()
-            found = assemble(bodies, united(parts), seed)
+            found = assemble(bodies, Container(joined(parts)), seed)
             seconds.append(time.monotonic() - began)
             right.append(measure(bodies, found.matrices, truth).parts)
             names = "+".join(f"{i + 1:02d}" for i in numbers)
