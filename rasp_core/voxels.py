@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
+import trimesh
 from scipy import fft, ndimage
 
 from . import o3d
@@ -21,7 +22,7 @@ from .sdf import Grid
 
 VOXEL_SHARE = 1 / 64  # of the container's longest edge
 ROUNDING = 1e-3  # of a voxel that an object may reach into the next
-WASTE = 1.007  # how much longer than the objects' boxes their boxes in voxels may be, for a coarser voxel to be taken
+COARSE = 4  # times the finest voxel: only voxels so much coarser are looked at
 FLOOR = 1e-2  # Cui's bias towards the floor: voxels of distance that the ceiling costs
 CORNER = 1.0  # Wang & Hauser's bias towards a corner: voxels of height that a step along x or y costs
 THREADED = 50_000  # voxels from which a transform is worth several threads
@@ -40,17 +41,25 @@ def quarter_turns() -> np.ndarray:
 
 
 def choose_voxel(bodies: Sequence[Body], container: Container) -> float:
-    """The voxel's edge in metres: fine, or the coarsest in which the edges of the objects' boxes are whole numbers.
+    """The voxel's edge in metres: fine, or the coarsest that covers the objects as closely.
 
-    Objects made of equal cubes get that cube, others `VOXEL_SHARE` of the container's longest edge.
+    Objects made of equal cubes, with some play or none, get that cube, others `VOXEL_SHARE` of the container's longest
+    edge.
     """
-    edges = np.concatenate([2 * body.half_extents for body in bodies])
+    distinct = list({body.digest: body for body in bodies}.values())
+    edges = np.concatenate([2 * body.half_extents for body in distinct])
     finest = float(np.ptp(container.bounds, axis=0).max()) * VOXEL_SHARE
-    parts = [(edge, n) for edge in np.unique(edges.round(9)) for n in range(1, int(edge / finest) + 1)]
-    for voxel in sorted({float(edge) / n for edge, n in parts}, reverse=True):
-        if (np.ceil(edges / voxel - ROUNDING) * voxel / edges).mean() < WASTE:
-            return voxel
-    return finest
+
+    def waste(voxel: float) -> float:  # how much longer the objects' boxes become
+        return float((np.ceil(edges / voxel - ROUNDING) * voxel / edges).mean())
+
+    def covered(voxel: float) -> float:
+        return sum(Turned.covering(body, np.eye(3), voxel).voxels.sum() for body in distinct) * voxel**3
+
+    parts = {float(edge) / n for edge in np.unique(edges.round(9)) for n in range(1, int(edge / finest / COARSE) + 1)}
+    likely = [voxel for voxel in sorted(parts, reverse=True) if waste(voxel) < waste(finest)]
+    close = covered(finest) if likely else 0.0
+    return next((voxel for voxel in likely if covered(voxel) <= close), finest)
 
 
 @dataclass(frozen=True)
@@ -69,8 +78,9 @@ class Turned:
         vertices = body.solid_vertices @ rotation.T
         low, size = vertices.min(0), np.ptp(vertices, axis=0)
         shape = np.maximum(np.ceil(size / voxel - ROUNDING).astype(int), 1)
-        # drawn together a little, so that a face on a voxel's border stays on its own side
-        inner = (vertices - low - size / 2) * (1 - 2 * ROUNDING) + shape * voxel / 2
+        normals = trimesh.Trimesh(body.solid_vertices, body.solid_faces, process=False).vertex_normals @ rotation.T
+        # the surface drawn in a little, so that a face on a voxel's border stays on its own side
+        inner = vertices - low + (shape * voxel - size) / 2 - ROUNDING * voxel * normals
         mesh = open3d.geometry.TriangleMesh(
             open3d.utility.Vector3dVector(inner), open3d.utility.Vector3iVector(body.solid_faces)
         )

@@ -10,6 +10,7 @@ from scipy import ndimage
 from data_fetch import cad_like, kitchen_like, polycubes, torus
 from rasp_core import poses, voxels
 from rasp_core.containers import Container, box
+from rasp_core.meshes import make_body
 from rasp_core.sdf import bake
 from rasp_core.voxels import Room, Turned
 
@@ -64,6 +65,16 @@ def test_filling_voxels_are_those_whose_middle_the_body_holds(seed):
     assert (inside != turned.voxels.ravel()[::17]).mean() < 0.01
 
 
+@pytest.mark.parametrize("quarter", [0, 5, 17])
+def test_polycubes_are_covered_by_their_own_cubes_and_no_others(quarter):
+    """Their faces lie on the voxels' borders, inner corners too."""
+    cubes = polycubes(cell=0.05, gap=0.0)
+    for body in cubes:
+        turned = Turned.covering(body, voxels.quarter_turns()[quarter], 0.05)
+        assert turned.voxels.sum() * 0.05**3 == pytest.approx(body.volume)
+    assert any(not Turned.covering(body, np.eye(3), 0.05).voxels.all() for body in cubes), "some are no boxes"
+
+
 def test_quarter_turned_voxels_are_those_of_the_turned_body():
     body = kitchen_like(6)[5]
     straight = Turned.covering(body, np.eye(3), 0.004)
@@ -82,6 +93,14 @@ def test_equal_cubes_are_found_and_other_objects_get_a_fine_voxel():
     assert sizes.min() <= edge <= 1.02 * sizes.min(), "the cubes of a piece lie a little apart"
     assert np.abs(sizes / edge - np.round(sizes / edge)).max() < 0.03
     assert voxels.choose_voxel(kitchen_like(5), box((0.32, 0.32, 0.3))) == pytest.approx(0.005)
+    ball = trimesh.creation.icosphere(radius=0.03)
+    balls = [make_body("ball", ball.vertices, ball.faces)]
+    assert voxels.choose_voxel(balls, box((0.32, 0.32, 0.3))) == pytest.approx(0.005), "its box is a cube, it is not"
+
+
+def test_cubes_are_found_that_lie_a_thirtieth_apart():
+    edge = voxels.choose_voxel(polycubes(cell=0.0353), box((0.18, 0.18, 0.18)))
+    assert 0.0343 <= edge <= 0.0353
 
 
 @pytest.mark.parametrize("seed", range(4))
