@@ -25,6 +25,7 @@ from .voxels import Room, Turned, choose_voxel, quarter_turns
 RULES = {"spectral": Room.snuggest, "dblf": Room.deepest, "heightmap": Room.flattest}
 SHUFFLE = 0.15  # of the order by volume, when the container is filled anew
 TEMPERATURE = 0.003  # density that a rebuilding may lose now and then
+FEW_VOXELS = 10_000  # of a room in which placing again and again costs little
 LARGEST_RUIN = 0.5  # share of the objects taken out at once
 
 
@@ -84,6 +85,11 @@ class Placement:
         self.container, self.room = container, Room(container, self.room.voxel)
         if not keep:
             self.placed = {}
+
+    @property
+    def coarse(self) -> bool:
+        """The room has few voxels: the objects are made of large equal cubes."""
+        return bool(self.room.shape.prod() <= FEW_VOXELS)
 
     @property
     def density(self) -> float:

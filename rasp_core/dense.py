@@ -14,7 +14,7 @@ import numpy as np
 import torch
 
 from .arrange import file_to_world
-from .baselines import Placement
+from .baselines import FEW_VOXELS, Placement
 from .budget import Budget
 from .certify import TOLERANCE, Certificate, certify
 from .containers import Container
@@ -26,7 +26,6 @@ from .scene import resolve_device
 
 EFFORT = 400  # tries, where no time is given
 REBUILD_SHARE = 0.2  # of the seconds
-REBUILD_VOXELS = 10_000  # looked at in rebuilding for each unit of effort; above, pressing in is worth more
 MOVES = 24  # looked at in each try
 YIELDING = 1e-4, 0.02  # of a mean object's volume, at least and at most: shared, it is pressed out e times less often
 YIELDS, RESISTS = 1.3, 0.8  # what that is multiplied by after a try that came off, and one that did not
@@ -92,10 +91,10 @@ class _Search:
         spectral = Placement(self.pool, self.container, self.settings.seed)
         spectral.fill(stop=self.budget.spent)
         self._take(spectral)
-        voxels, done = int(spectral.room.shape.prod()), 0
-        if voxels > REBUILD_VOXELS:
+        if not spectral.coarse:  # pressing in is worth more
             return
-        rebuildings = np.inf if self.budget.effort is None else self.budget.effort * REBUILD_VOXELS // voxels
+        voxels, done = int(spectral.room.shape.prod()), 0
+        rebuildings = np.inf if self.budget.effort is None else self.budget.effort * FEW_VOXELS // voxels
         while self.chosen and done < rebuildings and not self.budget.spent(REBUILD_SHARE):
             spectral.rebuild(lambda: self.budget.spent(REBUILD_SHARE))
             done += 1

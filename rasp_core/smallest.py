@@ -103,6 +103,8 @@ class _Search:
         """The first box, by a baseline."""
         first = self.shape.sized(self.volumes.sum() / FIRST_DENSITY)
         self.placement = Placement(self.bodies, box(first), self.settings.seed, rule)
+        if self.placement.coarse:  # cubes may leave nothing between them, and growing costs little
+            self.placement.enter(box(self.shape.sized(self.volumes.sum())))
         self._grow(None)
 
     def try_placement(self) -> None:
@@ -139,11 +141,13 @@ class _Search:
     def fill(self) -> None:
         """Begin anew in a small box: what does not go in by placing is pressed in, the box growing where that fails."""
         edges = self.shape.sized(self.volumes.sum() / FULL_DENSITY)
+        self.press = Press(self.bodies, box(edges), self.settings, self.device, self.random, self.budget.spent)
+        if self.least <= np.prod(edges):
+            return
         self.placement.enter(box(edges))
         self.placement.fill(stop=self.budget.spent)
         chosen, start = list(self.placement.placed), self.placement.start
         batch, failed = BATCH, 0
-        self.press = Press(self.bodies, box(edges), self.settings, self.device, self.random, self.budget.spent)
         while len(chosen) < len(self.bodies) and not self.budget.over(FILL_SHARE):
             self.budget.tries += 1
             self.bar.update()

@@ -20,8 +20,11 @@ from .containers import Container
 from .meshes import Body
 from .sdf import Grid
 
-VOXEL_SHARE = 1 / 64  # of the container's longest edge
+VOXEL_SHARE = 1 / 64  # of the container's longest edge, or of
+LONGEST = 1.5  # times its mean edge, where that is less: a long container is looked at no more coarsely across
 ROUNDING = 1e-3  # of a voxel that an object may reach into the next
+LENGTHS = 100  # of the edges of objects' boxes, at most, where objects are made of equal cubes
+SAME = 1e-4  # of a voxel between two of them, at least, where they count as two
 COARSE = 4  # times the finest voxel: only voxels so much coarser are looked at
 FLOOR = 1e-2  # Cui's bias towards the floor: voxels of distance that the ceiling costs
 CORNER = 1.0  # Wang & Hauser's bias towards a corner: voxels of height that a step along x or y costs
@@ -43,12 +46,12 @@ def quarter_turns() -> np.ndarray:
 def choose_voxel(bodies: Sequence[Body], container: Container) -> float:
     """The voxel's edge in metres: fine, or the coarsest that covers the objects as closely.
 
-    Objects made of equal cubes, with some play or none, get that cube, others `VOXEL_SHARE` of the container's longest
-    edge.
+    Objects made of equal cubes, with some play or none, get that cube, others `VOXEL_SHARE` of the container's edge.
     """
     distinct = list({body.digest: body for body in bodies}.values())
     edges = np.concatenate([2 * body.half_extents for body in distinct])
-    finest = float(np.ptp(container.bounds, axis=0).max()) * VOXEL_SHARE
+    size = np.ptp(container.bounds, axis=0)
+    finest = VOXEL_SHARE * float(min(size.max(), LONGEST * size.prod() ** (1 / 3)))
 
     def waste(voxel: float) -> float:  # how much longer the objects' boxes become
         return float((np.ceil(edges / voxel - ROUNDING) * voxel / edges).mean())
@@ -56,7 +59,11 @@ def choose_voxel(bodies: Sequence[Body], container: Container) -> float:
     def covered(voxel: float) -> float:
         return sum(Turned.covering(body, np.eye(3), voxel).voxels.sum() for body in distinct) * voxel**3
 
-    parts = {float(edge) / n for edge in np.unique(edges.round(9)) for n in range(1, int(edge / finest / COARSE) + 1)}
+    lengths = np.sort(edges)
+    lengths = lengths[np.append(np.diff(lengths) > SAME * finest, True)]
+    if len(lengths) > LENGTHS:
+        return finest
+    parts = {edge / n for edge in lengths.tolist() for n in range(1, int(edge / finest / COARSE) + 1)}
     likely = [voxel for voxel in sorted(parts, reverse=True) if waste(voxel) < waste(finest)]
     close = covered(finest) if likely else 0.0
     return next((voxel for voxel in likely if covered(voxel) <= close), finest)

@@ -95,3 +95,20 @@ def test_fixed_edges_that_do_not_hold_an_object_are_refused():
     plate = trimesh.creation.box((0.1, 0.1, 0.01))
     with pytest.raises(InputError, match="between the fixed edges"):
         smallest.pack([make_body("plate", plate.vertices, plate.faces)], FreeBox((0.05, 0.05, None)), QUICK, effort=0)
+
+
+def test_cubes_leave_nothing_between_them():
+    """Seven trominoes and three cubes: 24 cells, which fill 2 x 3 x 4 or do so nearly."""
+    bar = trimesh.creation.box((0.05, 0.05, 0.15))
+    corner = trimesh.util.concatenate(
+        [
+            trimesh.creation.box((0.05, 0.05, 0.05)).apply_translation((0.05 * x, 0.05 * y, 0))
+            for x, y in ((0, 0), (1, 0), (0, 1))
+        ]
+    )
+    cube = trimesh.creation.box((0.05, 0.05, 0.05))
+    pieces = [("bar", bar)] * 3 + [("corner", corner)] * 4 + [("cube", cube)] * 3
+    bodies = unique_names([make_body(name, mesh.vertices, mesh.faces) for name, mesh in pieces])
+    packed = smallest.pack(bodies, parse("auto"), QUICK, effort=2)
+    edges = holds_all(packed, bodies)
+    assert packed.density > 0.8, edges

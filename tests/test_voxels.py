@@ -98,6 +98,10 @@ def test_equal_cubes_are_found_and_other_objects_get_a_fine_voxel():
     assert voxels.choose_voxel(balls, box((0.32, 0.32, 0.3))) == pytest.approx(0.005), "its box is a cube, it is not"
 
 
+def test_a_long_container_is_looked_at_no_more_coarsely_across():
+    assert voxels.choose_voxel(kitchen_like(5), box((0.2, 0.2, 2.0))) < 0.2 / 20
+
+
 def test_cubes_are_found_that_lie_a_thirtieth_apart():
     edge = voxels.choose_voxel(polycubes(cell=0.0353), box((0.18, 0.18, 0.18)))
     assert 0.0343 <= edge <= 0.0353
