@@ -20,7 +20,7 @@ from .sdf import CELLS, GridStack
 from .silhouettes import render_at_rest
 
 SAMPLE_SPACING = 2.0  # between surface samples, in cells of the body's grid
-MAX_SAMPLES = 2000  # for one body
+MIN_SAMPLES, MAX_SAMPLES = 200, 2000  # for one body
 
 
 class Scene:
@@ -73,9 +73,17 @@ class Scene:
         return torch.as_tensor(np.asarray(rows, np.float64), device=self.device, dtype=self.dtype)
 
 
-def surface_samples(bodies: Sequence[Body], device: str | torch.device = "cpu", dtype=torch.float32) -> SurfaceSamples:
-    """Points on the surface of each body, in its frame, and the area that each stands for."""
-    points = [_surface_points(body) for body in bodies]
+def surface_samples(
+    bodies: Sequence[Body],
+    device: str | torch.device = "cpu",
+    dtype=torch.float32,
+    spacing: float = SAMPLE_SPACING,
+) -> SurfaceSamples:
+    """Points on the surface of each body, in its frame, and the area that each stands for.
+
+    spacing : between them, in cells of the body's signed distance grid.
+    """
+    points = [_cached_points(Alike(body), spacing) for body in bodies]
     count = torch.tensor([len(p) for p in points], device=device)
     area = [np.full(len(p), body.manifold.surface_area() / len(p)) for body, p in zip(bodies, points, strict=True)]
     points, area = (torch.as_tensor(np.concatenate(x), device=device, dtype=dtype) for x in (points, area))
@@ -94,17 +102,13 @@ def resolve_device(name: str | torch.device) -> torch.device:
     return device
 
 
-def _surface_points(body: Body) -> np.ndarray:
-    """`(S, 3)` vertices of the solid (at most half of the points) and points spread over its faces by area."""
-    return _cached_points(Alike(body))
-
-
 @lru_cache(maxsize=1024)
-def _cached_points(key: Alike) -> np.ndarray:
+def _cached_points(key: Alike, spacing: float) -> np.ndarray:
+    """`(S, 3)` vertices of the solid (at most half of the points) and points spread over its faces by area."""
     body = key.body
-    spacing = SAMPLE_SPACING * 2 * body.half_extents.max() / CELLS
+    apart = spacing * 2 * body.half_extents.max() / CELLS
     mesh = trimesh.Trimesh(body.solid_vertices, body.solid_faces, process=False)
-    wanted = int(np.clip(mesh.area / spacing**2, 200, MAX_SAMPLES))
+    wanted = int(np.clip(mesh.area / apart**2, MIN_SAMPLES, MAX_SAMPLES))
     spread, _ = trimesh.sample.sample_surface(mesh, wanted, seed=0)
     corners = body.solid_vertices
     if len(corners) > wanted:

@@ -1,9 +1,11 @@
 """The smallest box that holds all objects: the container as an unknown.
 
 1. A baseline places all of them, the largest first, in a box that grows along its free edges until it holds them: a
-   first answer. Then what it can in a smaller box, and what is left over is pressed into the voids one by one.
-2. Again and again: the box is drawn in a little, everything with it; an object goes where it overlaps least; all are
-   pressed apart (`pressing`). What holds is kept, so that there is a certified packing at any time.
+   first answer.
+2. In a box a few per cent too small all are pressed apart as far as they go (`relaxing`). Again and again two change
+   places, or one turns (`moves`), and all are pressed apart anew; what overlaps less is kept.
+3. When much less overlaps the box grows until nothing does: by samples, then by exact booleans. What is smaller than
+   the best is kept, and the box made too small again, so that there is a certified packing at any time.
 
 The question is that of Gupta & Raman 2026, Differentiable Packing of Irregular 3D Objects with Adaptive Container
 Estimation.
@@ -12,6 +14,8 @@ Estimation.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import torch
@@ -19,26 +23,33 @@ import torch
 from .arrange import file_to_world
 from .baselines import Placement
 from .budget import Budget
-from .certify import certify, placed_solid
+from .certify import TOLERANCE, certify, placed_solid
 from .containers import Container, FreeBox, box
 from .errors import InputError
+from .mending import mend
 from .meshes import Body
+from .moves import Moves
 from .packing import Packing, check_sizes, finish, progress_bar
-from .pressing import Press, join
+from .pressing import NEARLY, STRICT
 from .problem import Settings, Start
+from .relaxing import Relaxation
 from .scene import resolve_device
+from .sdf import GridStack
 
-EFFORT = 100  # tries, where no time is given
+EFFORT = 2000  # tries, where no time is given
 FIRST_DENSITY = 0.5  # of the box in which the placement of all begins
-FULL_DENSITY = 0.62  # of the box in which the search begins
-FILL_SHARE = 0.5  # of the budget, after which the first placement is squeezed instead
-GROWTH = 0.01  # of its volume, or half the share of the objects that are left over, where that is more
-PATIENCE = 2  # objects in a row that could not be pressed in, after which it grows
-BATCH = 8  # objects pressed in at once, at most
-MOVES = 4  # objects looked at for moving
-FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.006, 0.03, 2e-4  # shares of the volume that the box loses at once
-HELD, FAILED = 1.3, 0.85  # what the step is multiplied by
-MOVED = 0.5  # share of the tries that put an object elsewhere
+OVER = 0.05  # of its volume, by which the box searched in is smaller than the best
+BATCH = 8  # moves looked at in a try, of which the best may be kept
+RESHAPED, RESHAPING = 0.1, 0.01  # share of the tries in which free edges change, and by how much
+SPACING = 6.0  # between surface samples while searching, in cells of a body's grid
+GAP = 1e-3  # of a mean body's radius, that each keeps from what is about it
+FIRST_STEPS, STEPS = 3, 40  # of pressing apart, before it may be given up, and at most
+HOPE, PATIENCE = 6.0, 3.5  # times the least energy: what more a move may have, e times less after so many steps
+WORTH = 0.7  # the energy falls to so much before the box is grown again
+EASILY = 0.01  # of its volume, by which the box is smaller: it is made too small and grown again at once
+GROWTH, SOFT = 0.002, 0.4  # of its volume at once, times (energy / FREE) ** SOFT
+SLACK = 1e-6  # of the volume that may be left
+FREE, SURELY_FREE = 1e-6, 5e-7  # of `Relaxation.unit`: energies, by few and by all samples, that booleans may take away
 
 
 def pack(
@@ -55,7 +66,7 @@ def pack(
 
     rule : None for the search above; a name of `baselines.RULES` for that baseline alone, placing all in shaken orders
     until time is over. time_limit : seconds. effort : number of tries (further placements, for a rule), `EFFORT`
-    (none) where neither is given. settings : seed, resolution and query points count. Ctrl-C and the time limit
+    (none) where neither is given. settings : seed and resolution count. Ctrl-C and the time limit
     return the best so far, but for the first placement, which is made in any case.
 
     Raises InputError for no bodies, a negative effort, or bodies that no box with the fixed edges holds.
@@ -68,10 +79,8 @@ def pack(
     search = _Search(bodies, shape, settings, device, budget, progress, rule)
     try:
         search.place(rule or "spectral")
-        if rule is None and not budget.over():
-            search.fill()
-        while not budget.over():
-            search.try_placement() if rule else search.squeeze()
+        while not budget.over() and not search.full:
+            search.try_placement() if rule else search.move()
     except KeyboardInterrupt:
         if search.container is None:
             raise
@@ -79,6 +88,18 @@ def pack(
     finally:
         search.bar.close()
     return search.result()
+
+
+@dataclass(frozen=True)
+class _Tight:
+    """Where all bodies lie in a box too small for them: rotation `(N, 3, 3)`, translation `(N, 3)`, edges `(3,)`; their
+    energy, and what it was when the box was last grown."""
+
+    rotation: np.ndarray
+    translation: np.ndarray
+    edges: np.ndarray
+    energy: float
+    tried: float
 
 
 class _Search:
@@ -92,8 +113,8 @@ class _Search:
         self.volumes = np.array([body.volume for body in bodies])
         self.container: Container | None = None
         self.start: Start | None = None
-        self.press: Press | None = None
-        self.step, self.interrupted = FIRST_STEP, False
+        self.tight: _Tight | None = None
+        self.interrupted = False
         self.rounds: list[dict] = []
         self.bar = progress_bar(f"smallest box, {rule or 'dense'}", "try", progress, budget.effort)
 
@@ -136,78 +157,98 @@ class _Search:
         backwards = np.argsort(list(self.placement.placed))
         self._keep(*self._drawn_in(self.placement.start.take(backwards)))
 
-    # -- pressing ----------------------------------------------------------------------------------------------------
+    # -- in a box too small ------------------------------------------------------------------------------------------
 
-    def fill(self) -> None:
-        """Begin anew in a small box: what does not go in by placing is pressed in, the box growing where that fails."""
-        edges = self.shape.sized(self.volumes.sum() / FULL_DENSITY)
-        self.press = Press(self.bodies, box(edges), self.settings, self.device, self.random, self.budget.spent)
-        if self.least <= np.prod(edges):
-            return
-        self.placement.enter(box(edges))
-        self.placement.fill(stop=self.budget.spent)
-        chosen, start = list(self.placement.placed), self.placement.start
-        batch, failed = BATCH, 0
-        while len(chosen) < len(self.bodies) and not self.budget.over(FILL_SHARE):
-            self.budget.tries += 1
-            self.bar.update()
-            more, there = self.press.add(chosen, start, batch, np.inf)
-            fresh, seed = len(more) - len(chosen), self.settings.seed + self.budget.tries
-            settled = self.press.press_in(more, there, seed, fresh) if fresh else None
-            if settled is not None:
-                chosen, start, failed, batch = more, settled, 0, min(2 * batch, BATCH)
-                continue
-            failed, batch = failed + (batch == 1), max(1, batch // 2)
-            if failed == PATIENCE:
-                left = 1 - self.volumes[chosen].sum() / self.volumes.sum()
-                larger = self.shape.sized(np.prod(edges) * (1 + max(GROWTH, left / 2)))
-                start = Start(start.rotation, start.translation * torch.from_numpy(larger / edges))
-                edges, failed = larger, 0
-                self.press.enter(box(edges))
-        if len(chosen) == len(self.bodies):
-            self._keep(*self._drawn_in(start.take(np.argsort(chosen))))
-
-    def squeeze(self) -> None:
-        """One try to do with a smaller box."""
+    def move(self) -> None:
+        """One try to have less overlap in a box that is too small."""
         self.budget.tries += 1
         self.bar.update()
-        edges = self._smaller()
-        shrink = torch.from_numpy(edges / self.container.size)
-        start = Start(self.start.rotation, self.start.translation * shrink)
-        self.press.enter(box(edges))
-        order = list(range(len(self.bodies)))
-        if self.random.random() < MOVED:
-            order, start = self._moved(order, start)
-        held = self.press.press_in(order, start, self.settings.seed + self.budget.tries)
-        self.step *= FAILED if held is None else HELD
-        self.step = float(np.clip(self.step, SMALLEST_STEP, LARGEST_STEP))
-        if held is not None:
-            self._keep(*self._drawn_in(held.take(np.argsort(order))))
+        tight = self.tight
+        if tight is None:
+            tight = self._tighten(self.start.rotation.numpy(), self.start.translation.numpy(), self.container.size)
+        edges, starts = self._reshaped(tight)
+        rotation, translation = (np.stack(x) for x in zip(*starts, strict=True))
+        ceiling = tight.energy * (1 + HOPE * np.exp(-np.arange(STEPS) / PATIENCE))
+        ceiling[:FIRST_STEPS] = np.inf
+        energy, rotation, translation = self.rough.run(rotation, translation, box(edges), self.gap, ceiling)
+        least = int(energy.argmin())
+        if energy[least] < tight.energy:
+            tight = _Tight(rotation[least], translation[least], edges, float(energy[least]), tight.tried)
+        if tight.energy < WORTH * tight.tried:
+            tight = self._loosen(tight)
+        self.tight = tight
 
-    def _smaller(self) -> np.ndarray:
-        """The edges of the next box to try: all free edges shorter, or a random one of them."""
-        shorter = self.shape.free.copy()
-        if not self.shape.cube and self.random.random() < 0.5:
-            shorter = np.arange(3) == self.random.choice(np.flatnonzero(shorter))
-        edges = self.container.size.copy()
-        edges[shorter] *= (1 - self.step) ** (1 / shorter.sum())
-        return edges
+    @cached_property
+    def gap(self) -> float:
+        return GAP * float(self.rough.radius.mean())
 
-    def _moved(self, order: list[int], start: Start) -> tuple[list[int], Start]:
-        """One object, the easiest of some, goes where it shares least with the others."""
-        moved, least = (order, start), np.inf
-        for out in self.random.choice(order, min(MOVES, len(order)), replace=False).tolist():
-            rest = [index for index in order if index != out]
-            self.press.look(order, start, out)
-            found = self.press.least_shared([out], least * self.volumes[out])
-            if found is not None:
-                moved, least = ([*rest, out], join(start.take(rest), found[1])), found[2] / self.volumes[out]
-        return moved
+    @cached_property
+    def rough(self) -> Relaxation:
+        return Relaxation(self.bodies, SPACING, self.stack)
+
+    @cached_property
+    def fine(self) -> Relaxation:
+        return Relaxation(self.bodies, stack=self.stack)
+
+    @cached_property
+    def stack(self) -> GridStack:
+        return GridStack.of_bodies(self.bodies)
+
+    @cached_property
+    def moves(self) -> Moves:
+        return Moves(self.bodies, self.random)
+
+    def _tighten(self, rotation: np.ndarray, translation: np.ndarray, edges: np.ndarray) -> _Tight:
+        """All, in a box of these edges, pressed into one too small."""
+        small = self._scaled(self.container.size, 1 - OVER)
+        place, forever = translation * (small / edges), np.full(STEPS, np.inf)
+        energy, rotation, place = self.rough.run(rotation[None], place[None], box(small), self.gap, forever)
+        return _Tight(rotation[0], place[0], small, float(energy[0]), np.inf)
+
+    def _reshaped(self, tight: _Tight) -> tuple[np.ndarray, list[tuple[np.ndarray, np.ndarray]]]:
+        """The edges of a try's box, and where it starts from: moves, or now and then other free edges."""
+        poses, free = (tight.rotation, tight.translation), np.flatnonzero(self.shape.free)
+        if self.shape.cube or len(free) < 2 or self.random.random() > RESHAPED:
+            return tight.edges, [self.moves.any(*poses) for _ in range(BATCH)]
+        edges, one = tight.edges.copy(), self.random.choice(free)
+        longer = np.exp(RESHAPING * self.random.standard_normal())
+        edges[free] *= longer ** (-1 / (len(free) - 1))
+        edges[one] *= longer ** (len(free) / (len(free) - 1))
+        poses = tight.rotation, tight.translation * (edges / tight.edges)
+        return edges, [poses, *(self.moves.any(*poses) for _ in range(BATCH - 1))]
+
+    def _loosen(self, tight: _Tight) -> _Tight:
+        """Grow the box until all hold; made too small again where it is the best."""
+        rotation, translation, edges, energy = tight.rotation, tight.translation, tight.edges, tight.energy
+        forever = np.full(STEPS, np.inf)
+        while not self.budget.spent():
+            soft = max(1.0, energy / (FREE * self.rough.unit)) ** SOFT
+            larger = self._scaled(edges, 1 + GROWTH * soft)
+            if np.prod(larger) >= self.least:
+                break
+            translation, edges = translation * (larger / edges), larger
+            for pressed, free in ((self.rough, FREE), (self.fine, SURELY_FREE)):
+                found = pressed.run(rotation[None], translation[None], box(edges), self.gap, forever)
+                energy, rotation, translation = (x[0] for x in found)
+                if energy > free * pressed.unit:
+                    break
+            else:
+                start = Start(torch.from_numpy(rotation), torch.from_numpy(translation))
+                held, before = mend(self.bodies, start, box(edges), STRICT * TOLERANCE, NEARLY), self.least
+                if held is not None and self._keep(*self._drawn_in(held, edges)):
+                    again = self._tighten(tight.rotation, tight.translation, tight.edges)
+                    return again if self.least < before * (1 - EASILY) else replace(again, tried=again.energy)
+        return replace(tight, tried=tight.energy)
+
+    def _scaled(self, edges: np.ndarray, factor: float) -> np.ndarray:
+        """Edges of a box whose volume is so many times as large."""
+        return np.where(self.shape.free, edges * factor ** (1 / self.shape.free.sum()), edges)
 
     # -- the record --------------------------------------------------------------------------------------------------
 
-    def _drawn_in(self, start: Start) -> tuple[Container, Start]:
-        """The box of the shape that just holds the objects as they lie, and their poses in it."""
+    def _drawn_in(self, start: Start, most: np.ndarray | None = None) -> tuple[Container, Start]:
+        """The box of the shape that just holds the objects as they lie, and their poses in it; that of the edges
+        `most` where it is smaller, as objects may stick out of a box by the certificate's tolerance."""
         matrices = file_to_world(self.bodies, start.rotation, start.translation)
         solids = [placed_solid(body, matrix) for body, matrix in zip(self.bodies, matrices, strict=True)]
         bounds = np.array([solid.bounding_box() for solid in solids]).reshape(-1, 2, 3)
@@ -216,6 +257,8 @@ class _Search:
         if self.shape.cube:
             edges[:] = edges.max()
         fits = edges >= high - low
+        if most is not None and np.prod(most) < np.prod(edges):
+            return box(most), start
         middle = np.where(self.shape.free | fits, (low + high) / 2, 0.0)
         return box(edges), Start(start.rotation, start.translation - torch.from_numpy(middle))
 
@@ -224,21 +267,28 @@ class _Search:
         """Volume of the smallest box so far, cubic metres."""
         return np.inf if self.container is None else self.container.volume
 
-    def _keep(self, container: Container, start: Start) -> None:
+    @property
+    def full(self) -> bool:
+        """Nothing is left to gain."""
+        return self.least <= self.volumes.sum() * (1 + SLACK)
+
+    def _keep(self, container: Container, start: Start) -> bool:
+        """Judge a packing; kept, and True, where it holds in a smaller box than the best."""
         if container.volume >= self.least:
-            return
+            return False
         matrices = file_to_world(self.bodies, start.rotation, start.translation)
-        if certify(self.bodies, matrices, container).holds:
+        holds = certify(self.bodies, matrices, container).holds
+        if holds:
             self.container, self.start = container, start
             density = float(self.volumes.sum() / container.volume)
             self.rounds.append({"tries": self.budget.tries, "box": container.size.tolist(), "density": density})
             self.bar.set_postfix_str(f"{' x '.join(f'{e:.4f}' for e in container.size)} m, density {density:.4f}")
+        return holds
 
     def result(self) -> Packing:
         """The smallest box, certified anew."""
-        history = self.press.history if self.press else ()
         everything = list(range(len(self.bodies)))
-        record = history, self.rounds, self.interrupted
+        record = (), self.rounds, self.interrupted
         return finish(self.bodies, everything, self.start, self.container, self.settings, self.device, *record)
 
 
