@@ -81,20 +81,20 @@ def _turn(rotation, w):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _relax(wall, grids, samples, half, radius, rotation, translation, margin, ceiling):
-    """Poses of one start, in place; its least energy."""
+def _relax(wall, grids, samples, half, radius, rotation, translation, margin, ceiling, share):
+    """Poses of one start, in place; its least energy, and `share` `(N,)`, each body's part of it."""
     bodies = len(half)
-    diagonal, pull = np.empty((bodies, 6, 6)), np.empty((bodies, 6))
+    diagonal, pull, part = np.empty((bodies, 6, 6)), np.empty((bodies, 6)), np.empty(bodies)
     room = bodies * (bodies - 1) // 2 + 1
     pairs, coupling = np.empty((room, 2), np.int64), np.empty((room, 6, 6))
     best_rotation, best_translation, best = rotation.copy(), translation.copy(), np.inf
     damping, before = FIRST, np.full(LOOK_BACK, np.inf)
     for step in range(len(ceiling)):
         energy, count = system(
-            wall, grids, samples, half, radius, rotation, translation, margin, (diagonal, coupling, pairs, pull)
+            wall, grids, samples, half, radius, rotation, translation, margin, (diagonal, coupling, pairs, pull, part)
         )
         if energy < best:
-            best, best_rotation[:], best_translation[:] = energy, rotation, translation
+            best, best_rotation[:], best_translation[:], share[:] = energy, rotation, translation, part
             damping = max(damping / RATE, SOFTEST)
         else:
             damping = min(damping * RATE, STIFFEST)
@@ -117,15 +117,18 @@ def _relax(wall, grids, samples, half, radius, rotation, translation, margin, ce
         for body in range(bodies):
             shift, turn = found[body, :3], found[body, 3:]
             far = math.sqrt((shift**2).sum()) + radius[body] * math.sqrt((turn**2).sum())
-            share = min(1.0, LONGEST * radius[body] / far) if far > 0 else 0.0
-            translation[body] += share * shift
-            _turn(rotation[body], share * turn)
+            scale = min(1.0, LONGEST * radius[body] / far) if far > 0 else 0.0
+            translation[body] += scale * shift
+            _turn(rotation[body], scale * turn)
     rotation[:], translation[:] = best_rotation, best_translation
     return best
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def relax(worker, workers, wall, grids, samples, half, radius, rotation, translation, margin, ceiling, energy):
-    """Each start's poses, `(S, N, 3, 3)` and `(S, N, 3)` float64, in place; `energy` `(S,)`, the least of each."""
+def relax(worker, workers, wall, grids, samples, half, radius, rotation, translation, margin, ceiling, energy, share):
+    """Each start's poses, `(S, N, 3, 3)` and `(S, N, 3)` float64, in place; `energy` `(S,)`, the least of
+    each; `share` `(S, N)`, each body's part of it."""
     for start in range(worker, len(rotation), workers):
-        energy[start] = _relax(wall, grids, samples, half, radius, rotation[start], translation[start], margin, ceiling)
+        energy[start] = _relax(
+            wall, grids, samples, half, radius, rotation[start], translation[start], margin, ceiling, share[start]
+        )

@@ -24,6 +24,7 @@ def _pair(grids, samples, other, own, rotation, translation, near, moment, pull)
     points, area, first, centres, radii, first_block = samples
     values, starts, shapes, origins, spacings = grids
     cell, begin = spacings[other], starts[other]
+    per = 1 / cell
     nx, ny, nz = shapes[other, 0], shapes[other, 1], shapes[other, 2]
     ox, oy, oz = origins[other, 0], origins[other, 1], origins[other, 2]
     r00, r01, r02 = rotation[other, 0, 0], rotation[other, 0, 1], rotation[other, 0, 2]
@@ -54,9 +55,9 @@ def _pair(grids, samples, other, own, rotation, translation, near, moment, pull)
     energy = 0.0
     for block in range(first_block[own], first_block[own + 1]):
         x, y, z, far = centres[block, 0], centres[block, 1], centres[block, 2], radii[block] + near
-        px = (t00 * x + t01 * y + t02 * z + s0 - ox) / cell
-        py = (t10 * x + t11 * y + t12 * z + s1 - oy) / cell
-        pz = (t20 * x + t21 * y + t22 * z + s2 - oz) / cell
+        px = (t00 * x + t01 * y + t02 * z + s0 - ox) * per
+        py = (t10 * x + t11 * y + t12 * z + s1 - oy) * per
+        pz = (t20 * x + t21 * y + t22 * z + s2 - oz) * per
         if max(-px, -py, -pz, px - nx + 1, py - ny + 1, pz - nz + 1) * cell > far:
             continue
         i = min(max(int(px + 0.5), 0), nx - 1)
@@ -68,7 +69,7 @@ def _pair(grids, samples, other, own, rotation, translation, near, moment, pull)
             x, y, z = points[sample, 0], points[sample, 1], points[sample, 2]
             rx, ry, rz = t00 * x + t01 * y + t02 * z, t10 * x + t11 * y + t12 * z, t20 * x + t21 * y + t22 * z
             # trilinear as in `kernels_surface._sample`, which costs ten times as much where it is called
-            px, py, pz = (rx + s0 - ox) / cell, (ry + s1 - oy) / cell, (rz + s2 - oz) / cell
+            px, py, pz = (rx + s0 - ox) * per, (ry + s1 - oy) * per, (rz + s2 - oz) * per
             ix, iy, iz = min(max(px, 0.0), nx - 1.0), min(max(py, 0.0), ny - 1.0), min(max(pz, 0.0), nz - 1.0)
             bx, by, bz = (px - ix) * cell, (py - iy) * cell, (pz - iz) * cell
             beyond = math.sqrt(bx * bx + by * by + bz * bz)
@@ -140,13 +141,18 @@ def _press(area, depth, rx, ry, rz, gx, gy, gz, moment, pull):
 def _by_wall(wall, samples, own, rotation, translation, near, moment, pull):
     """What the samples of a body have beyond the wall: the energy; `moment` and `pull` in the world."""
     points, area, first, centres, radii, first_block = samples
+    a_box = len(wall[0]) > 0
+    hx, hy, hz = (wall[0][0], wall[0][1], wall[0][2]) if a_box else (0.0, 0.0, 0.0)
     energy = 0.0
     for block in range(first_block[own], first_block[own + 1]):
         wx, wy, wz = _place(rotation, translation, centres[block, 0], centres[block, 1], centres[block, 2])
-        if _to_wall(wall, wx, wy, wz)[0] < -near - radii[block]:
+        far = -near - radii[block]
+        if (max(abs(wx) - hx, abs(wy) - hy, abs(wz) - hz) if a_box else _to_wall(wall, wx, wy, wz)[0]) < far:
             continue
         for sample in range(first[block], first[block + 1]):
             wx, wy, wz = _place(rotation, translation, points[sample, 0], points[sample, 1], points[sample, 2])
+            if a_box and max(abs(wx) - hx, abs(wy) - hy, abs(wz) - hz) < -near:
+                continue  # for speed alone
             value, gx, gy, gz = _to_wall(wall, wx, wy, wz)
             if value + near > 0:
                 r = wx - translation[0], wy - translation[1], wz - translation[2]
@@ -157,10 +163,11 @@ def _by_wall(wall, samples, own, rotation, translation, near, moment, pull):
 @njit(cache=True, error_model="numpy", nogil=True)
 def system(wall, grids, samples, half, radius, rotation, translation, margin, blocks):
     """Energy and Gauss-Newton system at these poses: `blocks` is (diagonal `(N, 6, 6)`, its lower halves, coupling
-    `(P, 6, 6)`, pairs `(P, 2)`, pull `(N, 6)`), with room for all pairs. Returns the energy and how many touch."""
-    diagonal, coupling, pairs, pull = blocks
+    `(P, 6, 6)`, pairs `(P, 2)`, pull `(N, 6)`, each body's share `(N,)` of the energy), with
+    room for all pairs. Returns the energy and how many touch."""
+    diagonal, coupling, pairs, pull, share = blocks
     bodies, energy, touching = len(half), 0.0, 0
-    diagonal[:], pull[:] = 0.0, 0.0
+    diagonal[:], pull[:], share[:] = 0.0, 0.0, 0.0
     boxes, moment, force = np.empty((bodies, 3)), np.empty((6, 6)), np.empty(6)
     for body in range(bodies):
         for a in range(3):
@@ -171,7 +178,8 @@ def system(wall, grids, samples, half, radius, rotation, translation, margin, bl
         if _to_wall(wall, translation[body, 0], translation[body, 1], translation[body, 2])[0] + radius[body] < -margin:
             continue
         moment[:], force[:] = 0.0, 0.0
-        energy += _by_wall(wall, samples, body, rotation[body], translation[body], margin, moment, force)
+        share[body] += _by_wall(wall, samples, body, rotation[body], translation[body], margin, moment, force)
+        energy += share[body]
         for i in range(6):
             pull[body, i] += force[i]
             for j in range(i + 1):
@@ -220,6 +228,8 @@ def system(wall, grids, samples, half, radius, rotation, translation, margin, bl
                         diagonal[other, i, j] += moment[i, j]
             if found > 0.0:
                 energy += found
+                share[one] += found / 2
+                share[two] += found / 2
                 pairs[touching, 0], pairs[touching, 1] = one, two
                 touching += 1
     return energy, touching

@@ -16,6 +16,7 @@ from .meshes import Body
 
 SWAPS = 0.7  # share of the moves in which two change places
 ALIKE = 0.35  # of the logarithm of their volumes: two that differ so much change places e times less often
+TROUBLED = 0.8  # share of the moves that begin with a body chosen by its part of the energy
 ASKEW = 0.3  # share of the objects that come to lie with two axes exchanged
 FLIPS = np.array([np.diag(signs) for signs in ((1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1))], float)
 EXCHANGES = np.array([[[0, 1, 0], [-1, 0, 0], [0, 0, 1]], [[1, 0, 0], [0, 0, 1], [0, -1, 0]]], float)
@@ -31,9 +32,13 @@ class Moves:
         volume, kind = np.log([body.volume for body in bodies]), np.array([body.digest for body in bodies])
         self.likely = np.exp(-np.abs(volume[:, None] - volume) / ALIKE) * (kind[:, None] != kind)
 
-    def any(self, rotation: np.ndarray, translation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def any(self, rotation: np.ndarray, translation: np.ndarray, share: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Poses after a move. rotation `(N, 3, 3)`, translation `(N, 3)`, left as they are."""
-        one = int(self.random.integers(len(rotation)))
+        count = len(rotation)
+        weight = np.full(count, 1 / count)
+        if share.sum() > 0:
+            weight = (1 - TROUBLED) * weight + TROUBLED * share / share.sum()
+        one = int(self.random.choice(count, p=weight))
         likely = self.likely[one]
         if self.random.random() < SWAPS and likely.sum() > 0:
             return self.swapped(

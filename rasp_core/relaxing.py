@@ -40,8 +40,8 @@ class Relaxation:
 
     def run(
         self, rotation: np.ndarray, translation: np.ndarray, container: Container, margin: float, ceiling: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The least energies that are found from S starts, `(S,)`, m^4, and their poses.
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """The least energies that are found from S starts, `(S,)`, m^4; their poses; each body's share `(S, N)`.
 
         rotation `(S, N, 3, 3)`, translation `(S, N, 3)` : of the bodies' centres; float64, left as they are. margin :
         metres that each body keeps from the wall, and half of what it keeps from another. ceiling `(K,)` : energies; a
@@ -52,11 +52,14 @@ class Relaxation:
         from .kernels_relaxing import relax
 
         rotation, translation = np.array(rotation, np.float64), np.array(translation, np.float64)
-        energy, wall = np.zeros(len(rotation)), container.arrays(torch.float32)
+        energy, share = np.zeros(len(rotation)), np.zeros(rotation.shape[:2])
+        wall = container.arrays(torch.float32)
         bodies = self.grids, self.samples, self.half, self.radius
         with engine.alone(torch.device("cpu")):
-            engine.share(relax, wall, *bodies, rotation, translation, margin, np.asarray(ceiling, np.float64), energy)
-        return energy, rotation, translation
+            engine.share(
+                relax, wall, *bodies, rotation, translation, margin, np.asarray(ceiling, np.float64), energy, share
+            )
+        return energy, rotation, translation, share
 
 
 def _in_blocks(bodies: Sequence[Body], spacing: float) -> tuple[np.ndarray, ...]:

@@ -42,10 +42,11 @@ OVER = 0.05  # of its volume, by which the box searched in is smaller than the b
 BATCH = 8  # moves looked at in a try, of which the best may be kept
 RESHAPED, RESHAPING = 0.1, 0.01  # share of the tries in which free edges change, and by how much
 SPACING = 6.0  # between surface samples while searching, in cells of a body's grid
-GAP = 1e-3  # of a mean body's radius, that each keeps from what is about it
+GAP = 5e-4  # of a mean body's radius, that each keeps from what is about it
 FIRST_STEPS, STEPS = 3, 40  # of pressing apart, before it may be given up, and at most
 HOPE, PATIENCE = 6.0, 3.5  # times the least energy: what more a move may have, e times less after so many steps
-WORTH = 0.7  # the energy falls to so much before the box is grown again
+WORTH = 0.75  # the energy falls to so much before the box is grown again
+LAST = 0.98  # of the budget, after which any lower energy is worth that
 EASILY = 0.01  # of its volume, by which the box is smaller: it is made too small and grown again at once
 GROWTH, SOFT = 0.002, 0.4  # of its volume at once, times (energy / FREE) ** SOFT
 SLACK = 1e-6  # of the volume that may be left
@@ -99,6 +100,7 @@ class _Tight:
     translation: np.ndarray
     edges: np.ndarray
     energy: float
+    share: np.ndarray
     tried: float
 
 
@@ -170,11 +172,12 @@ class _Search:
         rotation, translation = (np.stack(x) for x in zip(*starts, strict=True))
         ceiling = tight.energy * (1 + HOPE * np.exp(-np.arange(STEPS) / PATIENCE))
         ceiling[:FIRST_STEPS] = np.inf
-        energy, rotation, translation = self.rough.run(rotation, translation, box(edges), self.gap, ceiling)
+        energy, rotation, translation, share = self.rough.run(rotation, translation, box(edges), self.gap, ceiling)
         least = int(energy.argmin())
         if energy[least] < tight.energy:
-            tight = _Tight(rotation[least], translation[least], edges, float(energy[least]), tight.tried)
-        if tight.energy < WORTH * tight.tried:
+            tight = _Tight(rotation[least], translation[least], edges, float(energy[least]), share[least], tight.tried)
+        late = self.budget.over(LAST)
+        if tight.energy < (1.0 if late else WORTH) * tight.tried:
             tight = self._loosen(tight)
         self.tight = tight
 
@@ -202,20 +205,20 @@ class _Search:
         """All, in a box of these edges, pressed into one too small."""
         small = self._scaled(self.container.size, 1 - OVER)
         place, forever = translation * (small / edges), np.full(STEPS, np.inf)
-        energy, rotation, place = self.rough.run(rotation[None], place[None], box(small), self.gap, forever)
-        return _Tight(rotation[0], place[0], small, float(energy[0]), np.inf)
+        energy, rotation, place, share = self.rough.run(rotation[None], place[None], box(small), self.gap, forever)
+        return _Tight(rotation[0], place[0], small, float(energy[0]), share[0], np.inf)
 
     def _reshaped(self, tight: _Tight) -> tuple[np.ndarray, list[tuple[np.ndarray, np.ndarray]]]:
         """The edges of a try's box, and where it starts from: moves, or now and then other free edges."""
         poses, free = (tight.rotation, tight.translation), np.flatnonzero(self.shape.free)
         if self.shape.cube or len(free) < 2 or self.random.random() > RESHAPED:
-            return tight.edges, [self.moves.any(*poses) for _ in range(BATCH)]
+            return tight.edges, [self.moves.any(*poses, tight.share) for _ in range(BATCH)]
         edges, one = tight.edges.copy(), self.random.choice(free)
         longer = np.exp(RESHAPING * self.random.standard_normal())
         edges[free] *= longer ** (-1 / (len(free) - 1))
         edges[one] *= longer ** (len(free) / (len(free) - 1))
         poses = tight.rotation, tight.translation * (edges / tight.edges)
-        return edges, [poses, *(self.moves.any(*poses) for _ in range(BATCH - 1))]
+        return edges, [poses, *(self.moves.any(*poses, tight.share) for _ in range(BATCH - 1))]
 
     def _loosen(self, tight: _Tight) -> _Tight:
         """Grow the box until all hold; made too small again where it is the best."""
@@ -229,7 +232,7 @@ class _Search:
             translation, edges = translation * (larger / edges), larger
             for pressed, free in ((self.rough, FREE), (self.fine, SURELY_FREE)):
                 found = pressed.run(rotation[None], translation[None], box(edges), self.gap, forever)
-                energy, rotation, translation = (x[0] for x in found)
+                energy, rotation, translation, _ = (x[0] for x in found)
                 if energy > free * pressed.unit:
                     break
             else:

@@ -68,7 +68,7 @@ def test_ctrl_c_returns_the_best_so_far(monkeypatch):
     def interrupt(self):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(smallest._Search, "squeeze", interrupt)
+    monkeypatch.setattr(smallest._Search, "move", interrupt)
     packed = smallest.pack(kitchen_like(4), parse("auto"), QUICK, effort=50)
     assert packed.arrangement.interrupted
     assert packed.certificate.holds
