@@ -81,7 +81,7 @@ def _turn(rotation, w):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _relax(wall, grids, samples, half, radius, rotation, translation, margin, ceiling, share):
+def _relax(wall, grids, samples, half, radius, weight, rotation, translation, margin, ceiling, share):
     """Poses of one start, in place; its least energy, and `share` `(N,)`, each body's part of it."""
     bodies = len(half)
     diagonal, pull, part = np.empty((bodies, 6, 6)), np.empty((bodies, 6)), np.empty(bodies)
@@ -91,7 +91,16 @@ def _relax(wall, grids, samples, half, radius, rotation, translation, margin, ce
     damping, before = FIRST, np.full(LOOK_BACK, np.inf)
     for step in range(len(ceiling)):
         energy, count = system(
-            wall, grids, samples, half, radius, rotation, translation, margin, (diagonal, coupling, pairs, pull, part)
+            wall,
+            grids,
+            samples,
+            half,
+            radius,
+            weight,
+            rotation,
+            translation,
+            margin,
+            (diagonal, coupling, pairs, pull, part),
         )
         if energy < best:
             best, best_rotation[:], best_translation[:], share[:] = energy, rotation, translation, part
@@ -125,10 +134,22 @@ def _relax(wall, grids, samples, half, radius, rotation, translation, margin, ce
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def relax(worker, workers, wall, grids, samples, half, radius, rotation, translation, margin, ceiling, energy, share):
+def relax(
+    worker, workers, wall, grids, samples, half, radius, weight, rotation, translation, margin, ceiling, energy, share
+):
     """Each start's poses, `(S, N, 3, 3)` and `(S, N, 3)` float64, in place; `energy` `(S,)`, the least of
     each; `share` `(S, N)`, each body's part of it."""
     for start in range(worker, len(rotation), workers):
         energy[start] = _relax(
-            wall, grids, samples, half, radius, rotation[start], translation[start], margin, ceiling, share[start]
+            wall,
+            grids,
+            samples,
+            half,
+            radius,
+            weight,
+            rotation[start],
+            translation[start],
+            margin,
+            ceiling,
+            share[start],
         )

@@ -161,10 +161,13 @@ def _by_wall(wall, samples, own, rotation, translation, near, moment, pull):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def system(wall, grids, samples, half, radius, rotation, translation, margin, blocks):
-    """Energy and Gauss-Newton system at these poses: `blocks` is (diagonal `(N, 6, 6)`, its lower halves, coupling
-    `(P, 6, 6)`, pairs `(P, 2)`, pull `(N, 6)`, each body's share `(N,)` of the energy), with
-    room for all pairs. Returns the energy and how many touch."""
+def system(wall, grids, samples, half, radius, weight, rotation, translation, margin, blocks):
+    """Energy and Gauss-Newton system at these poses; returns the energy and how many pairs touch.
+
+    weight `(N,)`: what two bodies share counts by the mean of theirs, what is beyond the wall by the body's own.
+    blocks: diagonal `(N, 6, 6)`, its lower halves; coupling `(P, 6, 6)` and pairs `(P, 2)`, with room for all pairs; pull
+    `(N, 6)`; each body's share `(N,)` of the energy.
+    """
     diagonal, coupling, pairs, pull, share = blocks
     bodies, energy, touching = len(half), 0.0, 0
     diagonal[:], pull[:], share[:] = 0.0, 0.0, 0.0
@@ -178,12 +181,13 @@ def system(wall, grids, samples, half, radius, rotation, translation, margin, bl
         if _to_wall(wall, translation[body, 0], translation[body, 1], translation[body, 2])[0] + radius[body] < -margin:
             continue
         moment[:], force[:] = 0.0, 0.0
-        share[body] += _by_wall(wall, samples, body, rotation[body], translation[body], margin, moment, force)
-        energy += share[body]
+        found = _by_wall(wall, samples, body, rotation[body], translation[body], margin, moment, force)
+        share[body] += weight[body] * found
+        energy += weight[body] * found
         for i in range(6):
-            pull[body, i] += force[i]
+            pull[body, i] += weight[body] * force[i]
             for j in range(i + 1):
-                diagonal[body, i, j] += moment[i, j]
+                diagonal[body, i, j] += weight[body] * moment[i, j]
     for one in range(bodies):
         for two in range(one):
             apart = False
@@ -199,7 +203,12 @@ def system(wall, grids, samples, half, radius, rotation, translation, margin, bl
                 shared = _pair(grids, samples, other, own, rotation, translation, 2 * margin, moment, force)
                 if shared == 0.0:
                     continue
-                found += shared
+                heavy = (weight[one] + weight[two]) / 2
+                found += heavy * shared
+                for i in range(6):
+                    force[i] *= heavy
+                    for j in range(i + 1):
+                        moment[i, j] *= heavy
                 c = translation[own] - translation[other]
                 for i in range(6):
                     pull[own, i] += force[i]

@@ -39,13 +39,20 @@ class Relaxation:
         return float((self.radius**4).sum())
 
     def run(
-        self, rotation: np.ndarray, translation: np.ndarray, container: Container, margin: float, ceiling: np.ndarray
+        self,
+        rotation: np.ndarray,
+        translation: np.ndarray,
+        container: Container,
+        margin: float,
+        ceiling: np.ndarray,
+        weight: np.ndarray | None = None,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """The least energies that are found from S starts, `(S,)`, m^4; their poses; each body's share `(S, N)`.
 
         rotation `(S, N, 3, 3)`, translation `(S, N, 3)` : of the bodies' centres; float64, left as they are. margin :
         metres that each body keeps from the wall, and half of what it keeps from another. ceiling `(K,)` : energies; a
-        start that is above its step's is given up, and after K steps all end.
+        start that is above its step's is given up, and after K steps all end. weight `(N,)` : by the mean of which what
+        two bodies share counts, 1 where None.
 
         The energy is `contact.contact`'s, the sum over surface samples of area times depth squared.
         """
@@ -54,7 +61,8 @@ class Relaxation:
         rotation, translation = np.array(rotation, np.float64), np.array(translation, np.float64)
         energy, share = np.zeros(len(rotation)), np.zeros(rotation.shape[:2])
         wall = container.arrays(torch.float32)
-        bodies = self.grids, self.samples, self.half, self.radius
+        weight = np.ones_like(self.radius) if weight is None else weight
+        bodies = self.grids, self.samples, self.half, self.radius, weight
         with engine.alone(torch.device("cpu")):
             engine.share(
                 relax, wall, *bodies, rotation, translation, margin, np.asarray(ceiling, np.float64), energy, share

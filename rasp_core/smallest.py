@@ -45,10 +45,12 @@ SPACING = 6.0  # between surface samples while searching, in cells of a body's g
 GAP = 5e-4  # of a mean body's radius, that each keeps from what is about it
 FIRST_STEPS, STEPS = 3, 40  # of pressing apart, before it may be given up, and at most
 HOPE, PATIENCE = 6.0, 3.5  # times the least energy: what more a move may have, e times less after so many steps
+STALE = 15  # tries without less overlap, after which what overlaps weighs more: up to twice as much
 WORTH = 0.75  # the energy falls to so much before the box is grown again
 LAST = 0.98  # of the budget, after which any lower energy is worth that
 EASILY = 0.01  # of its volume, by which the box is smaller: it is made too small and grown again at once
 GROWTH, SOFT = 0.002, 0.4  # of its volume at once, times (energy / FREE) ** SOFT
+TINY = 1e-300
 SLACK = 1e-6  # of the volume that may be left
 FREE, SURELY_FREE = 1e-6, 5e-7  # of `Relaxation.unit`: energies, by few and by all samples, that booleans may take away
 
@@ -94,7 +96,8 @@ def pack(
 @dataclass(frozen=True)
 class _Tight:
     """Where all bodies lie in a box too small for them: rotation `(N, 3, 3)`, translation `(N, 3)`, edges `(3,)`; their
-    energy, and what it was when the box was last grown."""
+    energy, each body's share of it, and what it was when the box was last grown; the bodies' weights, and for how many
+    tries nothing was better."""
 
     rotation: np.ndarray
     translation: np.ndarray
@@ -102,6 +105,8 @@ class _Tight:
     energy: float
     share: np.ndarray
     tried: float
+    weight: np.ndarray
+    stale: int = 0
 
 
 class _Search:
@@ -172,10 +177,17 @@ class _Search:
         rotation, translation = (np.stack(x) for x in zip(*starts, strict=True))
         ceiling = tight.energy * (1 + HOPE * np.exp(-np.arange(STEPS) / PATIENCE))
         ceiling[:FIRST_STEPS] = np.inf
-        energy, rotation, translation, share = self.rough.run(rotation, translation, box(edges), self.gap, ceiling)
+        energy, rotation, translation, share = self.rough.run(
+            rotation, translation, box(edges), self.gap, ceiling, tight.weight
+        )
         least = int(energy.argmin())
         if energy[least] < tight.energy:
-            tight = _Tight(rotation[least], translation[least], edges, float(energy[least]), share[least], tight.tried)
+            now = rotation[least], translation[least], edges, float(energy[least]), share[least]
+            tight = _Tight(*now, tight.tried, tight.weight)
+        elif tight.stale == STALE:
+            tight = self._weighed(tight)
+        else:
+            tight = replace(tight, stale=tight.stale + 1)
         late = self.budget.over(LAST)
         if tight.energy < (1.0 if late else WORTH) * tight.tried:
             tight = self._loosen(tight)
@@ -206,7 +218,18 @@ class _Search:
         small = self._scaled(self.container.size, 1 - OVER)
         place, forever = translation * (small / edges), np.full(STEPS, np.inf)
         energy, rotation, place, share = self.rough.run(rotation[None], place[None], box(small), self.gap, forever)
-        return _Tight(rotation[0], place[0], small, float(energy[0]), share[0], np.inf)
+        return _Tight(rotation[0], place[0], small, float(energy[0]), share[0], np.inf, np.ones(len(self.bodies)))
+
+    def _weighed(self, tight: _Tight) -> _Tight:
+        """The same poses, what overlaps in them weighing more."""
+        weight = tight.weight * (1 + tight.share / max(tight.share.max(), TINY))
+        weight /= weight.mean()
+        poses = tight.rotation[None], tight.translation[None]
+        energy, _, _, share = self.rough.run(*poses, box(tight.edges), self.gap, np.full(1, np.inf), weight)
+        scale = float(energy[0]) / max(tight.energy, TINY)
+        return replace(
+            tight, energy=float(energy[0]), share=share[0], tried=tight.tried * scale, weight=weight, stale=0
+        )
 
     def _reshaped(self, tight: _Tight) -> tuple[np.ndarray, list[tuple[np.ndarray, np.ndarray]]]:
         """The edges of a try's box, and where it starts from: moves, or now and then other free edges."""
