@@ -165,8 +165,8 @@ def system(wall, grids, samples, half, radius, weight, rotation, translation, ma
     """Energy and Gauss-Newton system at these poses; returns the energy and how many pairs touch.
 
     weight `(N,)`: what two bodies share counts by the mean of theirs, what is beyond the wall by the body's own.
-    blocks: diagonal `(N, 6, 6)`, its lower halves; coupling `(P, 6, 6)` and pairs `(P, 2)`, with room for all pairs; pull
-    `(N, 6)`; each body's share `(N,)` of the energy.
+    blocks: diagonal `(N, 6, 6)`, its lower halves; coupling `(P, 6, 6)` and pairs `(P, 2)`, with room for all pairs;
+    pull `(N, 6)`; each body's share `(N,)` of the energy.
     """
     diagonal, coupling, pairs, pull, share = blocks
     bodies, energy, touching = len(half), 0.0, 0

@@ -50,6 +50,17 @@ def test_where_there_is_no_room_the_overlap_is_shared(two_balls):
     assert 0.8 < found[0, 1, 0] < 1.0
 
 
+def test_what_weighs_more_overlaps_less(two_balls):
+    """Three balls in a row in a box that is 0.6 too short."""
+    balls = [*two_balls, make_body("third", two_balls[0].vertices, two_balls[0].faces)]
+    start, room = straight((-1.7, 0, 0), (0, 0, 0), (1.7, 0, 0)), box((5.4, 2.2, 2.2))
+    even, heavy = (
+        Relaxation(balls).run(*start, room, 0.0, FOREVER, w)[2][0, :, 0] for w in (None, np.array([9.0, 1, 1]))
+    )
+    assert even[1] - even[0] == pytest.approx(even[2] - even[1], abs=0.02)
+    assert heavy[1] - heavy[0] > heavy[2] - heavy[1] + 0.03
+
+
 def test_starts_do_not_know_of_each_other_nor_of_threads(monkeypatch):
     bodies, room = kitchen_like(8), box((0.2, 0.2, 0.2))
     pressed, random = Relaxation(bodies, 4.0), np.random.default_rng(0)

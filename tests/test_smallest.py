@@ -64,6 +64,24 @@ def test_one_object_is_boxed(text):
     assert edges.max() <= (0.3 if "0.3" in text else 2 * body.half_extents.max() + 1e-9)
 
 
+def test_what_stays_overlapping_weighs_more(monkeypatch):
+    monkeypatch.setattr(smallest, "STALE", 0)
+    seen = []
+    weighed = smallest._Search._weighed
+    monkeypatch.setattr(
+        smallest._Search, "_weighed", lambda self, tight: seen.append((tight, weighed(self, tight))) or seen[-1][1]
+    )
+    bodies = kitchen_like(6)
+    holds_all(smallest.pack(bodies, parse("auto"), QUICK, effort=60), bodies)
+    assert seen
+    for before, after in seen:
+        gain, most = after.weight / before.weight, before.share.argmax()
+        assert gain.argmax() == most
+        assert after.weight.mean() == pytest.approx(1)
+        assert after.tried / after.energy == pytest.approx(before.tried / before.energy)
+        assert (after.rotation == before.rotation).all()
+
+
 def test_ctrl_c_returns_the_best_so_far(monkeypatch):
     def interrupt(self):
         raise KeyboardInterrupt
