@@ -81,27 +81,17 @@ def _turn(rotation, w):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _relax(wall, grids, samples, half, radius, weight, rotation, translation, margin, ceiling, share):
+def _relax(scene, rotation, translation, margin, ceiling, share):
     """Poses of one start, in place; its least energy, and `share` `(N,)`, each body's part of it."""
-    bodies = len(half)
+    radius = scene[4]
+    bodies = len(radius)
     diagonal, pull, part = np.empty((bodies, 6, 6)), np.empty((bodies, 6)), np.empty(bodies)
     room = bodies * (bodies - 1) // 2 + 1
     pairs, coupling = np.empty((room, 2), np.int64), np.empty((room, 6, 6))
     best_rotation, best_translation, best = rotation.copy(), translation.copy(), np.inf
     damping, before = FIRST, np.full(LOOK_BACK, np.inf)
     for step in range(len(ceiling)):
-        energy, count = system(
-            wall,
-            grids,
-            samples,
-            half,
-            radius,
-            weight,
-            rotation,
-            translation,
-            margin,
-            (diagonal, coupling, pairs, pull, part),
-        )
+        energy, count = system(*scene, rotation, translation, margin, (diagonal, coupling, pairs, pull, part))
         if energy < best:
             best, best_rotation[:], best_translation[:], share[:] = energy, rotation, translation, part
             damping = max(damping / RATE, SOFTEST)
@@ -134,22 +124,8 @@ def _relax(wall, grids, samples, half, radius, weight, rotation, translation, ma
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def relax(
-    worker, workers, wall, grids, samples, half, radius, weight, rotation, translation, margin, ceiling, energy, share
-):
+def relax(worker, workers, scene, rotation, translation, margin, ceiling, energy, share):
     """Each start's poses, `(S, N, 3, 3)` and `(S, N, 3)` float64, in place; `energy` `(S,)`, the least of
-    each; `share` `(S, N)`, each body's part of it."""
+    each; `share` `(S, N)`, each body's part of it. scene : what `system` takes before the poses."""
     for start in range(worker, len(rotation), workers):
-        energy[start] = _relax(
-            wall,
-            grids,
-            samples,
-            half,
-            radius,
-            weight,
-            rotation[start],
-            translation[start],
-            margin,
-            ceiling,
-            share[start],
-        )
+        energy[start] = _relax(scene, rotation[start], translation[start], margin, ceiling, share[start])

@@ -60,13 +60,11 @@ class Relaxation:
 
         rotation, translation = np.array(rotation, np.float64), np.array(translation, np.float64)
         energy, share = np.zeros(len(rotation)), np.zeros(rotation.shape[:2])
-        wall = container.arrays(torch.float32)
         weight = np.ones_like(self.radius) if weight is None else weight
-        bodies = self.grids, self.samples, self.half, self.radius, weight
+        scene = container.arrays(torch.float32), self.grids, self.samples, self.half, self.radius, weight
+        poses, ceiling = (rotation, translation), np.asarray(ceiling, np.float64)
         with engine.alone(torch.device("cpu")):
-            engine.share(
-                relax, wall, *bodies, rotation, translation, margin, np.asarray(ceiling, np.float64), energy, share
-            )
+            engine.share(relax, scene, *poses, margin, ceiling, energy, share)
         return energy, rotation, translation, share
 
 

@@ -69,8 +69,8 @@ def pack(
 
     rule : None for the search above; a name of `baselines.RULES` for that baseline alone, placing all in shaken orders
     until time is over. time_limit : seconds. effort : number of tries (further placements, for a rule), `EFFORT`
-    (none) where neither is given. settings : seed and resolution count. Ctrl-C and the time limit
-    return the best so far, but for the first placement, which is made in any case.
+    (none) where neither is given. settings : seed and resolution count. Ctrl-C and the time limit return the best
+    so far, but for the first placement, which is made in any case.
 
     Raises InputError for no bodies, a negative effort, or bodies that no box with the fixed edges holds.
     """

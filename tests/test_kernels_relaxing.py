@@ -8,7 +8,7 @@ from rasp_core import kernels_relaxing
 from rasp_core.kernels_relaxing import _solve, _turn
 
 
-def test_conjugate_gradients_solve_the_system(monkeypatch):
+def test_conjugate_gradients_solve_the_system():
     random = np.random.default_rng(0)
     pairs = np.array([(1, 0), (2, 0), (3, 2), (4, 1)])
     full = np.zeros((5, 6, 5, 6))
