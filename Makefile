@@ -27,8 +27,8 @@ figures: $(READY) ## run the figure notebooks and compare their facts (SCALE=qui
 	$(BIN)/rasp figures --scale $(or $(SCALE),quick)
 
 gallery: $(READY) ## write paper_figures/README.md, out/gallery.html with scenes to turn, and the numbers in prose, from claims and facts
-	$(BIN)/python -c "from rasp_core import gallery as g; g.write('paper_figures'); g.write_html('paper_figures', 'out/gallery.html')"
-	$(BIN)/python -c "from rasp_core import prose; prose.refresh('README.md'); prose.refresh('REPRODUCING.md')"
+	$(BIN)/python -c "from rasp_core.reproduce import gallery as g; g.write('paper_figures'); g.write_html('paper_figures', 'out/gallery.html')"
+	$(BIN)/python -c "from rasp_core.reproduce.quoted_numbers import refresh; refresh('README.md'); refresh('REPRODUCING.md')"
 
 api: $(READY) ## write the API reference into out/api
 	$(BIN)/pdoc --output-directory out/api rasp_core data_fetch

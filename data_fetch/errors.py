@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rasp_core.errors import InputError
+from rasp_core.util.errors import InputError
 
 
 class FetchError(InputError):

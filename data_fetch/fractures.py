@@ -10,8 +10,8 @@ from manifold3d import CrossSection, Manifold
 from scipy.interpolate import PchipInterpolator
 from scipy.spatial.transform import Rotation
 
-from rasp_core.errors import InputError
-from rasp_core.meshes import Body, make_body
+from rasp_core.geometry.meshes import Body, make_body
+from rasp_core.util.errors import InputError
 
 from .procedural import solid_body
 

@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 from manifold3d import CrossSection, FillRule, Manifold, OpType
 
-from rasp_core.meshes import Body, make_body
+from rasp_core.geometry.meshes import Body, make_body
 
 SEGMENTS = 32
 

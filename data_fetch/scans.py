@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from rasp_core import o3d
-from rasp_core.errors import InputError
-from rasp_core.meshes import Body, make_body
+from rasp_core.geometry.meshes import Body, make_body
+from rasp_core.util import o3d
+from rasp_core.util.errors import InputError
 
 DEPTH = 7  # of the octree: 2^7 cells along the scan's longest edge
 

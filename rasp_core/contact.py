@@ -8,10 +8,10 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from . import engine, forces
-from .containers import Container
+from .geometry.containers import Container
+from .geometry.sdf import NEAR, GridStack
+from .kernels import dispatch, wrenches
 from .losses import runs, to_world
-from .sdf import NEAR, GridStack
 
 CHUNKS = 8  # that the compiled loops do one by one, so that the sums do not depend on the number of threads
 
@@ -53,12 +53,12 @@ def neighbours(
     Good for as long as nothing moves by more than half of `reach` less twice the margin that `contact` is given.
     """
     movers = len(half) if movers is None else movers
-    if engine.compiled(rotation.device):
+    if dispatch.compiled(rotation.device):
         scene = (
             container.arrays(rotation.dtype),
             stack.arrays,
             half.numpy(),
-            *forces.arrays(rotation, translation),
+            *wrenches.arrays(rotation, translation),
             samples.points.numpy(),
             np.append(samples.start.numpy(), len(samples.points)),
             reach,
@@ -69,7 +69,7 @@ def neighbours(
             mine = range(worker, CHUNKS, workers)
             return {chunk: _kernels().neighbours(chunk, CHUNKS, *scene) for chunk in mine}
 
-        found = {chunk: rows for part in engine.share(chunks) for chunk, rows in part.items()}
+        found = {chunk: rows for part in dispatch.share(chunks) for chunk, rows in part.items()}
         in_order = zip(*(found[chunk] for chunk in range(CHUNKS)), strict=True)
         return Neighbours(*(torch.from_numpy(np.concatenate(rows)) for rows in in_order))
     bodies = len(half)
@@ -119,19 +119,19 @@ def contact(
     the distance that each body keeps: from a wall its own, from another body the sum of both. With S starts, a value
     for each.
     """
-    if engine.compiled(rotation.device):
+    if dispatch.compiled(rotation.device):
         scene = (
             container.arrays(rotation.dtype),
             stack.arrays,
             samples.points.numpy(),
             samples.area.numpy(),
-            *forces.arrays(rotation, translation),
+            *wrenches.arrays(rotation, translation),
             margin.numpy(),
         )
         sums = np.zeros((CHUNKS, translation.shape[:-1].numel(), 13))
-        engine.share(_kernels().contact, *scene, near.touching.numpy(), sums)
-        engine.share(_kernels().contact, *scene, near.by_wall.numpy(), sums)
-        return forces.attach_sums(sums.sum(0), rotation, translation)
+        dispatch.share(_kernels().contact, *scene, near.touching.numpy(), sums)
+        dispatch.share(_kernels().contact, *scene, near.by_wall.numpy(), sums)
+        return wrenches.attach_sums(sums.sum(0), rotation, translation)
     bodies, starts = len(margin), translation.shape[:-2]
     with torch.no_grad():
         turn, place = rotation.reshape(-1, 3, 3), translation.reshape(-1, 3)
@@ -143,7 +143,7 @@ def contact(
         push = samples.area[sample] * depth
         total = torch.zeros(len(turn), dtype=push.dtype, device=push.device).index_add_(0, own, push * depth)
         force = 2 * push[:, None] * (turn[other] @ slope[:, :, None])[:, :, 0]
-        wrench = forces.gather(len(turn), own, point, -force) + forces.gather(len(turn), other, local, force)
+        wrench = wrenches.gather(len(turn), own, point, -force) + wrenches.gather(len(turn), other, local, force)
 
         sample, own, _ = near.by_wall.long().unbind(1)
         point = samples.points[sample]
@@ -151,15 +151,15 @@ def contact(
         depth = (value + margin[own % bodies]).clamp(min=0)
         push = samples.area[sample] * depth
         total.index_add_(0, own, push * depth)
-        wrench += forces.gather(len(turn), own, point, 2 * push[:, None] * normal)
+        wrench += wrenches.gather(len(turn), own, point, 2 * push[:, None] * normal)
         total, wrench = total.view(*starts, bodies).sum(-1), wrench.view(*starts, bodies, 4, 3)
-    return forces.attach(total, rotation, translation, *forces.gradients(wrench))
+    return wrenches.attach(total, rotation, translation, *wrenches.gradients(wrench))
 
 
 def _kernels():
-    from . import kernels_surface
+    from .kernels import surface
 
-    return kernels_surface
+    return surface
 
 
 def _touching_boxes(half: Tensor, rotation: Tensor, translation: Tensor, bodies: int, margin: float) -> Tensor:

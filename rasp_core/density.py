@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import ndimage
 
-from . import o3d
-from .containers import Container
-from .errors import InputError
-from .meshes import Body
+from .geometry.containers import Container
+from .geometry.meshes import Body
+from .util import o3d
+from .util.errors import InputError
 
 VOXEL = 0.002  # metres, for objects of some centimetres
 

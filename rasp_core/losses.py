@@ -16,10 +16,11 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from . import engine, forces, silhouettes
-from .containers import Container
-from .errors import InputError
-from .sdf import NEAR, GridStack
+from . import silhouettes
+from .geometry.containers import Container
+from .geometry.sdf import NEAR, GridStack
+from .kernels import dispatch, wrenches
+from .util.errors import InputError
 
 LAMBDA = 0.001  # weight of the extrusion term, the paper's
 EPSILON = 0.01  # metres; how deep inside the container the extrusion term stops rewarding, the paper's
@@ -110,13 +111,13 @@ def overlap(
     """
     if term not in OVERLAP_TERMS:
         raise InputError(f"overlap term {term!r} is unknown; use one of {', '.join(OVERLAP_TERMS)}")
-    if engine.compiled(rotation.device):
+    if dispatch.compiled(rotation.device):
         sums = _compiled_overlap(stack, half, rotation, translation, lattice, 2 if term == "shared" else 1)
-        turn = forces.arrays(rotation, translation)[0]
+        turn = wrenches.arrays(rotation, translation)[0]
         sums[..., 1:] = (sums[..., 1:].reshape(*turn.shape[:2], 4, 3) @ turn.swapaxes(2, 3)).reshape(
             *turn.shape[:2], 12
         )
-        return forces.attach_sums(sums, rotation, translation)
+        return wrenches.attach_sums(sums, rotation, translation)
     if rotation.dim() == 4:
         each = zip(rotation, translation, strict=True)
         return torch.stack([overlap(stack, half, *place, lattice, term) for place in each])
@@ -127,15 +128,15 @@ def overlap(
         if term == "shared":
             counts &= _tally(point[counts], lattice)[point] >= 2
         kept = counts.nonzero()[:, 0]
-        wrench = forces.gather(len(rotation), body[kept], local[kept], slope[kept])
+        wrench = wrenches.gather(len(rotation), body[kept], local[kept], slope[kept])
         total = -value[kept].sum()
-        gradients = forces.gradients(forces.to_world(wrench, rotation))
-    return forces.attach(total, rotation, translation, *gradients)
+        gradients = wrenches.gradients(wrenches.to_world(wrench, rotation))
+    return wrenches.attach(total, rotation, translation, *gradients)
 
 
 def occupancy(stack: GridStack, half: Tensor, rotation: Tensor, translation: Tensor, lattice: Lattice) -> Tensor:
     """How many bodies each lattice point lies in, `(X, Y, Z)`; rotation `(N, 3, 3)`, translation `(N, 3)`."""
-    if engine.compiled(rotation.device):
+    if dispatch.compiled(rotation.device):
         counts = _compiled_counts(_for_kernels(stack, half, rotation, translation, lattice), 1, lattice)
         return torch.from_numpy(counts[0].reshape(lattice.shape))
     with torch.no_grad():
@@ -145,7 +146,7 @@ def occupancy(stack: GridStack, half: Tensor, rotation: Tensor, translation: Ten
 
 def _compiled_overlap(stack, half, rotation, translation, lattice, need: int) -> np.ndarray:
     """`overlap` by compiled loops, `(S, N, 13)`: the bodies' shares of its value, and the wrenches in their frames."""
-    from . import kernels
+    from .kernels import grid
 
     scene, starts = _for_kernels(stack, half, rotation, translation, lattice), rotation.shape[:-3].numel()
     if need > 1:
@@ -153,16 +154,16 @@ def _compiled_overlap(stack, half, rotation, translation, lattice, need: int) ->
     else:
         counts = np.ones((starts, math.prod(lattice.shape)), np.int16)
     sums = np.zeros((starts, len(half), 13))
-    engine.share(kernels.overlap, need, counts, *scene, sums)
+    dispatch.share(grid.overlap, need, counts, *scene, sums)
     return sums
 
 
 def _compiled_counts(scene: tuple, starts: int, lattice: Lattice) -> np.ndarray:
     """How many bodies of each start the flat lattice points are in, `(S, P)`."""
-    from . import kernels
+    from .kernels import grid
 
-    counts = np.zeros((engine.workers(), starts, math.prod(lattice.shape)), np.int16)
-    engine.share(kernels.count, *scene, counts)
+    counts = np.zeros((dispatch.workers(), starts, math.prod(lattice.shape)), np.int16)
+    dispatch.share(grid.count, *scene, counts)
     return counts.sum(0, np.int16)
 
 
@@ -171,7 +172,7 @@ def _for_kernels(stack, half, rotation, translation, lattice) -> tuple:
     return (
         stack.arrays,
         half.numpy(),
-        *forces.arrays(rotation, translation),
+        *wrenches.arrays(rotation, translation),
         np.array([*lattice.origin.tolist(), lattice.spacing]),
         lattice.shape,
         np.zeros(0, np.bool_) if lattice.inside is None else lattice.inside.numpy(),
@@ -192,13 +193,13 @@ def extrusion(
     vertices `(V, 3)` in body frames, vertex_body `(V,)` sorted, radius `(N,)` of the bodies' bounding spheres. Bodies
     whose spheres lie deeper than epsilon add their constant -epsilon for each vertex without being looked at.
     """
-    if engine.compiled(rotation.device):
-        from . import kernels_surface
+    if dispatch.compiled(rotation.device):
+        from .kernels import surface
 
-        place = forces.arrays(rotation, translation)
+        place = wrenches.arrays(rotation, translation)
         sums = np.zeros((*place[1].shape[:2], 13))
-        engine.share(
-            kernels_surface.extrusion,
+        dispatch.share(
+            surface.extrusion,
             container.arrays(rotation.dtype),
             vertices.numpy(),
             np.searchsorted(vertex_body.numpy(), np.arange(len(radius) + 1)),
@@ -207,7 +208,7 @@ def extrusion(
             epsilon,
             sums,
         )
-        return forces.attach_sums(sums, rotation, translation)
+        return wrenches.attach_sums(sums, rotation, translation)
     if rotation.dim() == 4:
         each = zip(rotation, translation, strict=True)
         return torch.stack([extrusion(container, vertices, vertex_body, radius, *place, epsilon) for place in each])
@@ -218,8 +219,8 @@ def extrusion(
         value, normal = container.signed_distance(to_world(rotation, translation, body, point))
         out = (value > -epsilon).nonzero()[:, 0]
         total = value[out].sum() - epsilon * (len(vertices) - len(out))
-        gradients = forces.gradients(forces.gather(len(rotation), body[out], point[out], normal[out]))
-    return forces.attach(total, rotation, translation, *gradients)
+        gradients = wrenches.gradients(wrenches.gather(len(rotation), body[out], point[out], normal[out]))
+    return wrenches.attach(total, rotation, translation, *gradients)
 
 
 def runs(start: Tensor, count: Tensor) -> tuple[Tensor, Tensor]:

@@ -10,11 +10,11 @@ import torch
 from torch import Tensor
 
 from . import losses, poses
-from .cameras import Camera
-from .containers import Container
-from .errors import InputError
-from .meshes import Body
+from .geometry.cameras import Camera
+from .geometry.containers import Container
+from .geometry.meshes import Body
 from .scene import Scene
+from .util.errors import InputError
 
 ROTATIONS = ("angles", "quaternion")
 

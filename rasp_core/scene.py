@@ -10,14 +10,14 @@ import torch
 import trimesh
 from torch import Tensor
 
-from .cameras import Camera
 from .contact import SurfaceSamples
-from .containers import Container
-from .errors import InputError
-from .meshes import Alike, Body, make_body
-from .outlines import Outlines, Views
-from .sdf import CELLS, GridStack
+from .geometry.cameras import Camera
+from .geometry.containers import Container
+from .geometry.meshes import Alike, Body, make_body
+from .geometry.sdf import CELLS, GridStack
+from .geometry.silhouette_edges import Outlines, Views
 from .silhouettes import render_at_rest
+from .util.errors import InputError
 
 SAMPLE_SPACING = 2.0  # between surface samples, in cells of the body's grid
 MIN_SAMPLES, MAX_SAMPLES = 200, 2000  # for one body

@@ -20,9 +20,9 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
-from . import engine, forces
-from .meshes import Body
-from .outlines import Outlines, Views
+from .geometry.meshes import Body
+from .geometry.silhouette_edges import Outlines, Views
+from .kernels import dispatch, wrenches
 
 
 def render_at_rest(body: Body, views: Views, resolution: int) -> Tensor:
@@ -40,7 +40,7 @@ def render(outlines: Outlines, rotation: Tensor, translation: Tensor, views: Vie
     is at least 0.5 exactly where its centre is covered, but for what is thinner than a pixel: that is shaded by its
     width. Perspective views need every body in front of the eye.
     """
-    if engine.compiled(rotation.device):
+    if dispatch.compiled(rotation.device):
         return _Compiled.apply(rotation, translation, outlines, views, resolution)
     if rotation.dim() == 4:
         return torch.stack([render(outlines, *p, views, resolution) for p in zip(rotation, translation, strict=True)])
@@ -49,7 +49,7 @@ def render(outlines: Outlines, rotation: Tensor, translation: Tensor, views: Vie
 
 def mask(outlines: Outlines, rotation: Tensor, translation: Tensor, views: Views, resolution: int) -> Tensor:
     """Hard silhouettes `(K, resolution, resolution)` bool: True where a pixel's centre is covered. For judging."""
-    if engine.compiled(rotation.device):
+    if dispatch.compiled(rotation.device):
         return torch.from_numpy(_drawn(rotation, translation, outlines, views, resolution)[1])
     with torch.no_grad():
         return _Contours(outlines, rotation, translation, views, resolution).inside()
@@ -68,13 +68,13 @@ def soften(images: Tensor, softness_px: float) -> Tensor:
     steps = torch.arange(-reach, reach + 1, dtype=images.dtype, device=images.device)
     kernel = torch.exp(-0.5 * (steps / softness_px) ** 2)
     kernel = kernel / kernel.sum()
-    if engine.compiled(images.device) and not images.requires_grad:
-        from . import kernels
+    if dispatch.compiled(images.device) and not images.requires_grad:
+        from .kernels import grid
 
         sharp = images.reshape(-1, *images.shape[-2:]).contiguous()
         across, soft = torch.zeros_like(sharp), torch.zeros_like(sharp)
-        engine.share(kernels.blur_rows, sharp.numpy(), kernel.numpy(), across.numpy())
-        engine.share(kernels.blur_columns, across.numpy(), kernel.numpy(), soft.numpy())
+        dispatch.share(grid.blur_rows, sharp.numpy(), kernel.numpy(), across.numpy())
+        dispatch.share(grid.blur_columns, across.numpy(), kernel.numpy(), soft.numpy())
         return soft.view(images.shape)
     soft = images.reshape(-1, 1, *images.shape[-2:])
     soft = functional.conv2d(soft, kernel[None, None, None, :], padding=(0, reach))
@@ -206,15 +206,15 @@ class _Render(torch.autograd.Function):
                 du, dv = _perspective_jacobian(views, n, k, point, rotation[body], translation[body], du, dv)
             moved = du - slope[:, None] * dv if axis == 0 else dv - slope[:, None] * du
             force = (upstream[pixel] * rising)[:, None] * moved
-            total += forces.gather(outlines.count, body, point, force)
-        return *forces.gradients(total), None, None, None
+            total += wrenches.gather(outlines.count, body, point, force)
+        return *wrenches.gradients(total), None, None, None
 
 
 def _drawn(rotation, translation, outlines, views, n):
     """What the compiled renderer draws: image before clamping, mask, and what the way back needs."""
-    from . import kernels_silhouettes
+    from .kernels import silhouettes
 
-    place = forces.arrays(rotation, translation)
+    place = wrenches.arrays(rotation, translation)
     count, dtype = len(place[0]) * len(views.width), place[0].dtype
     drawn = (
         np.empty((count, n, n), dtype),
@@ -224,7 +224,7 @@ def _drawn(rotation, translation, outlines, views, n):
         np.empty((count, len(outlines.vertices), 2), dtype),
         np.empty((count, len(outlines.vertices)), dtype),
     )
-    engine.share(kernels_silhouettes.render, outlines.arrays, *place, views.arrays, drawn)
+    dispatch.share(silhouettes.render, outlines.arrays, *place, views.arrays, drawn)
     return drawn
 
 
@@ -240,18 +240,18 @@ class _Compiled(torch.autograd.Function):
 
     @staticmethod
     def backward(ctx, upstream):
-        from . import kernels_silhouettes
+        from .kernels import silhouettes
 
         outlines, views, drawn = ctx.scene
         rotation, translation = ctx.saved_tensors
         image = torch.from_numpy(drawn[0])
         upstream = torch.where((image < 0) | (image > 1), 0, upstream.reshape(image.shape)).contiguous().numpy()
-        place = forces.arrays(rotation, translation)
+        place = wrenches.arrays(rotation, translation)
         wrench = np.zeros((len(place[0]), len(views.width), rotation.shape[-3], 4, 3))
         flat = wrench.reshape(-1, *wrench.shape[2:])
-        engine.share(kernels_silhouettes.pull, upstream, outlines.arrays, *place, views.arrays, drawn, flat)
+        dispatch.share(silhouettes.pull, upstream, outlines.arrays, *place, views.arrays, drawn, flat)
         total = torch.from_numpy(wrench.sum(1)).to(rotation.dtype).view(*rotation.shape[:-2], 4, 3)
-        return *forces.gradients(total), None, None, None
+        return *wrenches.gradients(total), None, None, None
 
 
 def _perspective_jacobian(views, n, k, point, rotation, translation, du, dv):

@@ -35,7 +35,7 @@ def data() -> Path:
 @pytest.fixture(scope="session")
 def kitchen(data):
     """The 106 Kitchen bodies."""
-    from rasp_core.meshes import load_bodies
+    from rasp_core.geometry.meshes import load_bodies
 
     return load_bodies([data / "kitchen"])
 
@@ -44,7 +44,7 @@ def kitchen(data):
 def two_balls():
     """Two bodies: balls of radius 1 (finely faceted) about the origin of their frames."""
 
-    from rasp_core.meshes import make_body
+    from rasp_core.geometry.meshes import make_body
 
     ball = trimesh.creation.icosphere(subdivisions=4)
     return [make_body(name, ball.vertices, ball.faces) for name in ("ball", "ball#2")]
@@ -56,7 +56,8 @@ def crowd():
     import torch
 
     from data_fetch import kitchen_like
-    from rasp_core import containers, poses
+    from rasp_core import poses
+    from rasp_core.geometry import containers
     from rasp_core.scene import Scene
 
     box = containers.box((0.3, 0.25, 0.2))

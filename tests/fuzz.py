@@ -1,6 +1,6 @@
 """Damaged mesh files and odd arguments for the command line: `python tests/fuzz.py --count 10000`.
 
-Each input goes through `rasp_core.__main__.main`. What counts as a failure: an exception that reaches the user, an exit
+Each input goes through `rasp_core.cli.main.main`. What counts as a failure: an exception that reaches the user, an exit
 status other than 0, 1, 2, more than `SECONDS`, or more than `MEMORY` on top of what the process had.
 """
 
@@ -21,8 +21,8 @@ from pathlib import Path
 
 import trimesh
 
-from rasp_core.__main__ import main
-from rasp_core.meshes import MESH_SUFFIXES
+from rasp_core.cli.main import main
+from rasp_core.geometry.meshes import MESH_SUFFIXES
 
 SECONDS = 10
 MEMORY = 2 * 2**30

@@ -5,9 +5,9 @@ import pytest
 import trimesh
 
 from rasp_core import density
-from rasp_core.containers import box
-from rasp_core.errors import InputError
-from rasp_core.meshes import make_body
+from rasp_core.geometry.containers import box
+from rasp_core.geometry.meshes import make_body
+from rasp_core.util.errors import InputError
 
 BALL = trimesh.creation.icosphere(subdivisions=4, radius=0.05)
 BOX = box((0.3, 0.2, 0.25))

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from data_fetch import kitchen_like
-from rasp_core import results
-from rasp_core.arrange import arrange
-from rasp_core.certify import certify
-from rasp_core.containers import box
+from rasp_core.api import run_folder
+from rasp_core.exact.certificate import certify
+from rasp_core.geometry.containers import box
+from rasp_core.optimizer import arrange
 from rasp_core.problem import Problem, Settings
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -25,8 +25,8 @@ def test_a_record_never_lies_beside_another_runs_files(tmp_path, monkeypatch):
     """Killed between two files, a folder has no record, and the next run clears what is left."""
     run = arrange(Problem(kitchen_like(2), box((0.3, 0.3, 0.3))), Settings(iterations=2, resolution=32))
     certificate = certify(run.problem.bodies, run.matrices, run.problem.container)
-    results.save_run(tmp_path, run, certificate, {})
-    replace, moved = results.os.replace, []
+    run_folder.save_run(tmp_path, run, certificate, {})
+    replace, moved = run_folder.os.replace, []
 
     def killed(source, target):
         if moved:
@@ -35,12 +35,12 @@ def test_a_record_never_lies_beside_another_runs_files(tmp_path, monkeypatch):
         replace(source, target)
 
     with monkeypatch.context() as patch:
-        patch.setattr(results.os, "replace", killed)
-        patch.setattr(results.shutil, "rmtree", lambda *_, **__: None)
+        patch.setattr(run_folder.os, "replace", killed)
+        patch.setattr(run_folder.shutil, "rmtree", lambda *_, **__: None)
         with contextlib.suppress(SystemExit):
-            results.save_run(tmp_path, run, certificate, {})
+            run_folder.save_run(tmp_path, run, certificate, {})
     assert not (tmp_path / "result.json").exists()
     assert list(tmp_path.glob(".part-*"))
-    results.save_run(tmp_path, run, certificate, {"density": np.pi})
+    run_folder.save_run(tmp_path, run, certificate, {"density": np.pi})
     names = sorted(path.name for path in tmp_path.iterdir())
     assert names == ["history.csv", "result.json", "scene.glb", "silhouettes.png"]

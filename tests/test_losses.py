@@ -6,9 +6,11 @@ import torch
 from oracles import numeric_force, total_force
 
 from data_fetch import torus
-from rasp_core import containers, engine, losses, poses, silhouettes
-from rasp_core.errors import InputError
+from rasp_core import losses, poses, silhouettes
+from rasp_core.geometry import containers
+from rasp_core.kernels import dispatch
 from rasp_core.scene import Scene
+from rasp_core.util.errors import InputError
 
 BOX = containers.box((0.3, 0.25, 0.2))
 
@@ -154,7 +156,7 @@ def test_unknown_terms_and_empty_lattices_are_refused(crowd):
         losses.query_lattice(BOX, 0)
 
 
-@pytest.mark.parametrize("name", engine.ENGINES)
+@pytest.mark.parametrize("name", dispatch.ENGINES)
 def test_occupancy_counts_the_bodies_at_each_point(crowd, name):
     scene, turns, translation = crowd
     rotation, lattice = poses.angles_to_rotation(turns), losses.query_lattice(BOX, 4000, dtype=torch.float64)
@@ -163,7 +165,7 @@ def test_occupancy_counts_the_bodies_at_each_point(crowd, name):
         value, _ = scene.stack.sample(torch.full((len(points),), i), (points - translation[i]) @ rotation[i])
         within = ((points - translation[i]) @ rotation[i]).abs() <= scene.half[i]
         naive += ((value < 0) & within.all(1)).view(lattice.shape)
-    with engine.use(name):
+    with dispatch.use(name):
         found = losses.occupancy(scene.stack, scene.half, rotation, translation, lattice)
         some = losses.occupancy(
             scene.stack.take([3, 5]), scene.half[[3, 5]], rotation[[3, 5]], translation[[3, 5]], lattice

@@ -4,9 +4,10 @@ import pytest
 import torch
 
 from data_fetch import kitchen_like
-from rasp_core import containers, poses
-from rasp_core.errors import InputError
+from rasp_core import poses
+from rasp_core.geometry import containers
 from rasp_core.problem import Settings, Start
+from rasp_core.util.errors import InputError
 
 BOX = containers.box((0.3, 0.3, 0.3))
 

@@ -1,6 +1,7 @@
 """What must hold of the repository itself: pins, imports, sizes."""
 
 import ast
+import graphlib
 import re
 import subprocess
 import sys
@@ -18,20 +19,11 @@ except ModuleNotFoundError:  # Python 3.10, where pytest brings tomli
 
 ROOT = Path(__file__).resolve().parent.parent
 
-# each module may import those before it
-ORDER = [
-    "errors", "files", "o3d", "engine", "untrusted", "meshes", "poses", "cameras", "sdf", "kernels", "kernels_surface",
-    "kernels_silhouettes",
-    "containers", "forces", "outlines", "silhouettes", "losses", "contact", "scene", "problem", "checkpoint", "arrange",
-    "budget",
-    "certify", "density", "packing", "voxels", "baselines", "mending", "pressing", "rasp", "dense",
-    "kernels_stiffness", "kernels_relaxing", "relaxing", "moves", "smallest", "jobs",
-    "removal", "physics", "pictures", "hulls", "matching", "kernels_docking", "docking", "jigsaw", "assembly",
-    "accuracy", "profiles", "kernels_covering", "covering", "veiling", "lettering", "anamorphic", "atlas", "painting",
-    "starts",
-    "ablation", "sweep", "live", "show", "glb", "results",
-    "provenance", "figures", "prose", "gallery", "widgets", "commands", "__main__",
-]  # fmt: skip
+# a room may import from itself and from those before it; "" is the top level, the paper
+ROOMS = (
+    *("util", "io", "geometry", "kernels", "", "exact", "packing", "physics", "assembly", "art", "visualize", "api"),
+    *("reproduce", "cli"),
+)
 
 
 def locked() -> dict[str, str]:
@@ -74,41 +66,117 @@ def test_every_dependency_says_why_it_is_there():
         assert re.search(rf'^    "{requirement.name}[^"]*", +# \w', text, re.M), requirement.name
 
 
-def test_imports_go_one_way():
-    modules = {path.stem: path for path in (ROOT / "rasp_core").glob("*.py") if path.stem != "__init__"}
-    assert set(ORDER) == set(modules)
-    for name, path in modules.items():
+def imports(package: Path) -> list[tuple[str, str]]:
+    """Pairs (importing file, imported file) in a package, by their paths in it; imports inside functions too."""
+    pairs = []
+    for path in sorted(package.rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text())):
-            if isinstance(node, ast.ImportFrom) and node.level == 1:
-                used = [node.module] if node.module else [alias.name for alias in node.names]
-                for module in (u for u in used if u in modules):
-                    lazily = node.col_offset > 0
-                    assert lazily or ORDER.index(module) < ORDER.index(name), f"{name} imports {module}"
-            if isinstance(node, ast.Import | ast.ImportFrom):
-                assert not (getattr(node, "module", "") or "").startswith(("notebooks", "tests", "data_fetch"))
+            if isinstance(node, ast.ImportFrom) and node.level:
+                base = path.relative_to(package.parent).parts[: -node.level]
+                base = package.parent.joinpath(*base, *(node.module or "").split("."))
+            elif isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == package.name:
+                base = package.parent.joinpath(*node.module.split("."))
+            else:
+                continue
+            for alias in node.names:
+                for place in (base / f"{alias.name}.py", base.with_suffix(".py")):
+                    if place.is_file():
+                        pairs.append((str(path.relative_to(package)), str(place.relative_to(package))))
+                        break
+    return pairs
+
+
+def upward(package: Path) -> list[str]:
+    """The imports from a room of one above it."""
+    floor = {room: number for number, room in enumerate(ROOMS)}
+    pairs = (tuple(path.rpartition("/")[0] for path in pair) for pair in imports(package))
+    above = zip(imports(package), pairs, strict=True)
+    return [f"{a} imports {b}" for (a, b), (low, high) in above if a != "__main__.py" and floor[high] > floor[low]]
+
+
+def test_imports_between_rooms_go_one_way():
+    package = ROOT / "rasp_core"
+    assert {path.parent.name for path in package.glob("*/__init__.py")} == set(ROOMS) - {""}
+    assert len(imports(package)) > 200
+    assert upward(package) == []
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "from ..packing import dense",
+        "from rasp_core.packing import dense",
+        "def f():\n    from ..packing.dense import pack",
+        "if True:\n    from .. import losses",
+    ],
+)
+def test_an_import_of_a_room_above_is_noticed(tmp_path, line):
+    for name in ("__init__", "losses", "geometry/__init__", "geometry/sdf", "packing/__init__", "packing/dense"):
+        path = tmp_path / "rasp_core" / f"{name}.py"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+    assert upward(tmp_path / "rasp_core") == []
+    (tmp_path / "rasp_core" / "geometry" / "sdf.py").write_text(f"{line}\n")
+    assert len(upward(tmp_path / "rasp_core")) == 1
+
+
+def test_no_two_files_import_each_other():
+    graph: dict[str, set[str]] = {}
+    for user, used in imports(ROOT / "rasp_core"):
+        graph.setdefault(user, set()).add(used)
+    graphlib.TopologicalSorter(graph).prepare()  # raises CycleError with the cycle
+
+
+def test_the_core_imports_nothing_of_what_uses_it():
+    for path in (ROOT / "rasp_core").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.ImportFrom):
+                assert (node.module or "").split(".")[0] not in ("notebooks", "tests", "data_fetch"), path
+
+
+def test_tests_mirror_the_rooms():
+    for path in (ROOT / "tests").glob("*/test_*.py"):
+        room, name = path.parent.name, path.stem.removeprefix("test_")
+        if room in ROOMS:
+            assert (ROOT / "rasp_core" / room / f"{name}.py").is_file(), path
+    for path in (ROOT / "rasp_core").rglob("*.py"):
+        if path.stem not in ("__init__", "__main__"):
+            assert (ROOT / "tests" / path.parent.relative_to(ROOT / "rasp_core") / f"test_{path.stem}.py").is_file()
+
+
+def test_rooms_have_nothing_in_their_init():
+    assert all(not path.read_text() for path in (ROOT / "rasp_core").glob("*/__init__.py"))
+
+
+def test_the_top_level_is_the_paper():
+    files = list((ROOT / "rasp_core").glob("*.py"))
+    assert len(files) <= 12
+    assert sum(len(path.read_text().splitlines()) for path in files) <= 2000
+    for number in range(1, 7):
+        assert any(f"Eq. {number}" in path.read_text() for path in files), number
 
 
 def test_data_fetch_imports_nothing_of_the_loop():
     for path in (ROOT / "data_fetch").glob("*.py"):
         used = re.findall(r"from rasp_core\.(\w+)", path.read_text())
-        assert set(used) <= {"errors", "meshes"}, path.name
+        assert set(used) <= {"util", "geometry"}, path.name
 
 
 def test_importing_the_core_loads_nothing_heavy():
     heavy = ["coacd", "dask", "distributed", "ipywidgets", "mujoco", "numba", "open3d", "pyvista"]
-    code = f"import sys, rasp_core.jobs; print([m for m in {heavy} if m in sys.modules])"
+    code = f"import sys, rasp_core.packing.methods; print([m for m in {heavy} if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
 
 
 def test_only_widgets_imports_ipywidgets():
-    users = [path.stem for path in (ROOT / "rasp_core").glob("*.py") if "import ipywidgets" in path.read_text()]
-    assert users == ["widgets"]
+    users = [path.stem for path in (ROOT / "rasp_core").rglob("*.py") if "import ipywidgets" in path.read_text()]
+    assert users == ["panel"]
 
 
 @pytest.mark.parametrize("folder", ["rasp_core", "data_fetch", "tests"])
 def test_files_are_short_enough_to_read_in_one_sitting(folder):
-    for path in (ROOT / folder).glob("*.py"):
+    for path in (ROOT / folder).rglob("*.py"):
         assert len(path.read_text().splitlines()) <= 330, path.name
 
 

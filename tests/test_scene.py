@@ -5,9 +5,9 @@ import pytest
 import torch
 
 from data_fetch import kitchen_like
-from rasp_core import containers
-from rasp_core.errors import InputError
+from rasp_core.geometry import containers
 from rasp_core.scene import MAX_SAMPLES, Scene, resolve_device
+from rasp_core.util.errors import InputError
 
 BOX = containers.box((0.3, 0.3, 0.3))
 

@@ -10,8 +10,8 @@ from oracles import cast_mask, central_differences, iou
 
 from data_fetch import cad_like, kitchen_like
 from rasp_core import losses, poses, silhouettes
-from rasp_core.cameras import Camera, box_views
-from rasp_core.meshes import make_body
+from rasp_core.geometry.cameras import Camera, box_views
+from rasp_core.geometry.meshes import make_body
 
 BOTH = ["orthographic", "perspective"]
 

@@ -15,9 +15,10 @@ from pathlib import Path
 import numpy as np
 
 from data_fetch import fetch_kitchen, fetch_targets, kitchen_like
-from rasp_core import anamorphic, lettering, painting, pictures
-from rasp_core.cameras import Camera
-from rasp_core.meshes import load_bodies
+from rasp_core.art import anamorphic, glyphs, texturing
+from rasp_core.geometry.cameras import Camera
+from rasp_core.geometry.meshes import load_bodies
+from rasp_core.io import images
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 from oracles import read_letters
@@ -33,9 +34,9 @@ def case(name):
         azimuths, chosen = CARTOONS[name]
         paths = {path.stem: path for path in fetch_targets()}
         named = [paths[stem] for stem in ("cartoon1", "cartoon2", "cartoon1f")]
-        return [(a, 0) for a in azimuths], *pictures.read_targets([named[k] for k in chosen], SIZE)
+        return [(a, 0) for a in azimuths], *images.read_targets([named[k] for k in chosen], SIZE)
     directions = [(0, 0), (90, 0), (0, 90)][: len(name)]
-    return directions, lettering.letters(list(name), SIZE, square=len(name) == 3)[0], None
+    return directions, glyphs.letters(list(name), SIZE, square=len(name) == 3)[0], None
 
 
 def main():
@@ -54,7 +55,7 @@ def main():
         began = time.monotonic()
         made = anamorphic.sculpt(pool, dark, [Camera(*angles, 1.0) for angles in directions], colours=colours)
         seconds, run = time.monotonic() - began, made.arrangement
-        canvas = painting.Canvas(run.problem.bodies, run.matrices, run.cameras, SIZE)
+        canvas = texturing.Canvas(run.problem.bodies, run.matrices, run.cameras, SIZE)
         seen = canvas.project(np.ones((*dark.shape, 3))).seen
         read[name], alike = seen, anamorphic.likeness(seen, made.hull)
         print(
@@ -67,7 +68,7 @@ def main():
             painted = canvas.paint(colours)
             took = time.monotonic() - began
             for way, result in (("painted", painted), ("projected", canvas.project(colours))):
-                noise, similar = painting.measure(result, colours)
+                noise, similar = texturing.measure(result, colours)
                 shown = f"PSNR {' '.join(f'{x:.1f}' for x in noise)} dB, SSIM {' '.join(f'{x:.2f}' for x in similar)}"
                 print(f"  {way}: {shown}" + (f", {took:.0f} s" if result is painted else ""), flush=True)
     if set(LETTERS) <= set(read) and shutil.which("tesseract"):

@@ -9,11 +9,11 @@ import time
 import numpy as np
 
 from data_fetch import fracture, scatter, vessels
-from rasp_core.accuracy import measure
-from rasp_core.assembly import assemble, assemble_by_silhouettes
-from rasp_core.cameras import box_views
-from rasp_core.containers import Container
-from rasp_core.outlines import Views
+from rasp_core.assembly.assemble import assemble, assemble_by_silhouettes
+from rasp_core.assembly.metrics import measure
+from rasp_core.geometry.cameras import box_views
+from rasp_core.geometry.containers import Container
+from rasp_core.geometry.silhouette_edges import Views
 from rasp_core.silhouettes import render_at_rest
 
 

@@ -7,9 +7,10 @@ from pathlib import Path
 import torch
 
 from data_fetch import kitchen_like
-from rasp_core import containers, results
-from rasp_core.cameras import spread_views
-from rasp_core.meshes import load_bodies, unique_names
+from rasp_core.api import run_folder
+from rasp_core.geometry import containers
+from rasp_core.geometry.cameras import spread_views
+from rasp_core.geometry.meshes import load_bodies, unique_names
 from rasp_core.problem import Problem, Start
 
 PAPER = 106  # Kitchen objects, in IR-BPP's container
@@ -39,7 +40,7 @@ def pytest_benchmark_update_machine_info(config, machine_info):
     machine_info.pop("node", None)
     gpu = torch.cuda.get_device_name() if torch.cuda.is_available() else None
     pool_name = "kitchen" if pool()[0].name != kitchen_like(1)[0].name else "kitchen_like"
-    machine_info.update(versions=results.versions(), threads=torch.get_num_threads(), gpu=gpu, pool=pool_name)
+    machine_info.update(versions=run_folder.versions(), threads=torch.get_num_threads(), gpu=gpu, pool=pool_name)
 
 
 def pytest_benchmark_update_json(config, benchmarks, output_json):

@@ -13,9 +13,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from data_fetch import fetch_fracture, joined, reconstruct, scatter
-from rasp_core.accuracy import measure
-from rasp_core.assembly import assemble
-from rasp_core.containers import Container
+from rasp_core.assembly.assemble import assemble
+from rasp_core.assembly.metrics import measure
+from rasp_core.geometry.containers import Container
 
 NEAR = 0.03  # in the scans' unit, a fortieth of the thing: points so near to another part lie on the break
 

@@ -5,10 +5,10 @@ import threading
 import pytest
 
 from data_fetch import kitchen_like
-from rasp_core import widgets
-from rasp_core.containers import box
-from rasp_core.live import Controls
+from rasp_core.geometry.containers import box
 from rasp_core.problem import Settings
+from rasp_core.visualize import panel as panels
+from rasp_core.visualize.live import Controls
 
 POOL, BOX = kitchen_like(20), box((0.3, 0.3, 0.3))
 SETTINGS = Settings(iterations=100_000, resolution=64, query_points=20_000)
@@ -17,7 +17,7 @@ SETTINGS = Settings(iterations=100_000, resolution=64, query_points=20_000)
 @pytest.fixture
 def panel():
     """A panel whose `drawn` is set with each picture."""
-    made = widgets.panel(POOL, BOX, Controls(count=20), SETTINGS)
+    made = panels.panel(POOL, BOX, Controls(count=20), SETTINGS)
     made.drawn, watch = threading.Event(), made.live.watch
 
     def drawing(frame):

@@ -9,7 +9,9 @@ from pathlib import Path
 import pytest
 from conftest import case, pool
 
-from rasp_core import arrange, certify, sdf
+from rasp_core import optimizer
+from rasp_core.exact import certificate
+from rasp_core.geometry import sdf
 
 RUN = """
 import json, sys, time
@@ -56,8 +58,10 @@ def test_sixteen_hundred_objects(benchmark):
 
 @pytest.mark.benchmark(group="whole runs, each in a new process")
 def test_import(benchmark):
-    """`import rasp_core.packing`, the interpreter's start included."""
-    benchmark.pedantic(subprocess.run, ([sys.executable, "-c", "import rasp_core.packing"],), rounds=5, warmup_rounds=1)
+    """`import rasp_core.packing.result`, the interpreter's start included."""
+    benchmark.pedantic(
+        subprocess.run, ([sys.executable, "-c", "import rasp_core.packing.result"],), rounds=5, warmup_rounds=1
+    )
 
 
 @pytest.mark.benchmark(group="set-up and certificate")
@@ -76,5 +80,5 @@ def test_scene_from_cached_grids(benchmark):
 def test_certificate(benchmark, objects):
     """All objects at random poses: 666 pairs to test among 106."""
     problem, _, start = case(objects)
-    matrices = arrange.file_to_world(problem.bodies, start.rotation, start.translation)
-    benchmark.pedantic(certify.certify, (problem.bodies, matrices, problem.container), rounds=3)
+    matrices = optimizer.file_to_world(problem.bodies, start.rotation, start.translation)
+    benchmark.pedantic(certificate.certify, (problem.bodies, matrices, problem.container), rounds=3)

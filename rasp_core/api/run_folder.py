@@ -1,0 +1,132 @@
+"""Save a run's folder.
+
+scene.glb : one node for each body, named as the body, and one node `container`; metres, world z up.
+result.json : poses, volumes, density both ways, certificate, last losses, views, settings, seed, versions, device.
+history.csv : every loss at every iteration. silhouettes.png : target, rendered, difference for each view.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import platform
+import shutil
+import tempfile
+from collections.abc import Mapping
+from dataclasses import asdict
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from ..art.texturing import Painted
+from ..exact.certificate import Certificate
+from ..optimizer import LOSS_NAMES, Arrangement
+from ..util.errors import InputError
+from ..visualize import scene3d
+from ..visualize.gltf import write_scene
+
+RECORD, PART = "result.json", ".part-"
+PACKAGES = ("torch", "numpy", "numba", "trimesh", "manifold3d", "open3d")
+
+
+def check_writable(folder: str | Path) -> Path:
+    """The folder's path, if a run can be saved there. Raises InputError naming it otherwise; creates nothing."""
+    folder = Path(folder)
+    parent = folder
+    while not parent.exists():
+        parent = parent.parent
+    if not parent.is_dir():
+        raise InputError(f"{folder}: cannot be written, {parent} is a file; name another folder with --out")
+    try:
+        with tempfile.TemporaryFile(dir=parent):
+            pass
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written ({error.strerror}); name another folder with --out") from error
+    return folder
+
+
+def save_run(
+    folder: str | Path,
+    arrangement: Arrangement,
+    certificate: Certificate,
+    facts: dict,
+    history: np.ndarray | None = None,
+    scenes: Mapping[str, np.ndarray] | None = None,
+    images: Mapping[str, np.ndarray] | None = None,
+    painted: Painted | None = None,
+) -> Path:
+    """Write a run's folder; each file appears whole or not at all.
+
+    facts : further entries of result.json. history : `(I, 5)` losses, the arrangement's own where None.
+    scenes : further scenes' file names, and the poses `(N, 4, 4)` that the bodies have in them. images : further
+    pictures' file names, and pixels uint8. painted : the bodies' colours in scene.glb.
+    Raises InputError where the folder cannot be written.
+    """
+    folder = check_writable(folder)
+    history = arrangement.history if history is None else history
+    made = not folder.exists()
+    folder.mkdir(parents=True, exist_ok=True)
+    for left in folder.glob(f"{PART}*"):  # by a run that was killed while it wrote
+        shutil.rmtree(left, ignore_errors=True)
+    work = Path(tempfile.mkdtemp(dir=folder, prefix=PART))
+    try:
+        bodies, container = arrangement.problem.bodies, arrangement.problem.container
+        write_scene(work / "scene.glb", bodies, arrangement.matrices, container, painted)
+        for name, matrices in (scenes or {}).items():
+            write_scene(work / name, bodies, matrices, container)
+        record = {**describe(arrangement, certificate, history), **facts}
+        (work / RECORD).write_text(json.dumps(record, indent=1) + "\n")
+        with (work / "history.csv").open("w", newline="") as file:
+            writer = csv.writer(file)
+            writer.writerow(["iteration", *LOSS_NAMES])
+            writer.writerows([i, *map(float, row)] for i, row in enumerate(history))
+        for name, pixels in (images or {}).items():
+            Image.fromarray(pixels).save(work / name)
+        figure = scene3d.silhouette_figure(arrangement.targets, arrangement.images, arrangement.cameras)
+        figure.savefig(work / "silhouettes.png", dpi=100)
+        # result.json goes first and comes last: where it is, all the others are of the same run
+        (folder / RECORD).unlink(missing_ok=True)
+        for file in sorted(work.iterdir(), key=lambda file: file.name == RECORD):
+            os.replace(file, folder / file.name)
+    except OSError as error:
+        if made:
+            shutil.rmtree(folder, ignore_errors=True)
+        raise InputError(f"{folder}: cannot be written ({error.strerror}); name another folder with --out") from error
+    finally:
+        shutil.rmtree(work, ignore_errors=True)
+    return folder
+
+
+def describe(arrangement: Arrangement, certificate: Certificate, history: np.ndarray) -> dict:
+    """What result.json says of an arrangement, as plain numbers."""
+    bodies, container = arrangement.problem.bodies, arrangement.problem.container
+    final = history[-1] if len(history) else np.zeros(len(LOSS_NAMES))
+    return {
+        "objects": [
+            {"name": body.name, "volume": body.volume, "sha256": body.digest, "pose": matrix.tolist()}
+            for body, matrix in zip(bodies, arrangement.matrices, strict=True)
+        ],
+        "container": {
+            "volume": container.volume,
+            "bounds": container.bounds.tolist(),
+            "box": None if container.size is None else container.size.tolist(),
+            "sha256": container.body.digest,
+        },
+        "certificate": certificate.to_dict(),
+        "losses": {name: float(value) for name, value in zip(LOSS_NAMES, final, strict=True)},
+        "views": [camera.to_dict() for camera in arrangement.cameras],
+        "settings": asdict(arrangement.settings),
+        "seed": arrangement.settings.seed,
+        "iterations": len(history),
+        "interrupted": arrangement.interrupted,
+        "versions": versions(),
+    }
+
+
+def versions() -> dict[str, str]:
+    """Python, the machine's kind, and the packages that results depend on."""
+    found = {package: version(package) for package in PACKAGES}
+    return {"python": platform.python_version(), "machine": platform.machine(), **found}

@@ -1,0 +1,108 @@
+"""Objects put where they hide from one view what another view shows too, so that no two pictures claim one surface.
+
+What two views see has one colour, and two pictures to match: they dispute it. An object before such a surface ends the
+dispute, if it is itself seen by one view alone. Greedy as `covering`, with the difference of the pictures' colours for
+what is open, and what views see found by rays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ..util import o3d
+from .greedy_cover import Covering
+
+DRAWN = 2000  # places looked at for each object that is put
+ATTEMPTS = 8  # drawings before it is taken that nothing can be put
+LEAST = 2e-5  # of a picture's dark pixels: the dispute that an object must end, in pixels of difference 1
+GAP, SPILL = 0.1, -0.3  # what a pixel that becomes dark is worth, where that is wanted and where it is not
+REACH = 4.0  # mean radii: how far before a surface objects are tried
+SPREAD = 0.4  # mean radii: the scatter of their places
+SKIN = 1e-3  # of the width: how far before a surface it is asked whether another view sees it
+
+
+def veil(covering: Covering, colours: np.ndarray, count: int, ends: Callable[[], bool] = lambda: False) -> float:
+    """Put up to `count` objects more, while one ends some dispute; returns what is left of it, the mean square
+    difference of each pixel of the worst view from its picture, where disputed surfaces get the mean colour.
+
+    colours `(K, H, H, 3)` in [0, 1] of the pictures, with the covering's pixels.
+    """
+    shared = _shared(covering) * _difference(colours, covering.wanted)
+    least, sights = LEAST * covering.wanted.sum((1, 2)).mean(), _Sights(covering, colours)
+    for _ in range(count):
+        if ends() or not any(_put(covering, sights, shared, least) for _ in range(ATTEMPTS)):
+            break
+        sights = _Sights(covering, colours)
+    return sights.left
+
+
+class _Sights:
+    """What the views see: depth `(K, H, H)` along the middle ray, inf where nothing; points `(K, H, H, 3)`; dispute
+    `(K, H, H)`, a quarter of the square difference to the other pictures where their views see the same."""
+
+    def __init__(self, covering: Covering, colours: np.ndarray):
+        open3d = o3d.load()
+        bodies = [covering.pool[index] for index in covering.chosen]
+        poses = zip(bodies, covering.rotation, covering.place, strict=True)
+        caster = o3d.caster((b.solid_vertices @ turn.T + place, b.solid_faces) for b, turn, place in poses)
+        size, cameras = covering.size, covering.cameras
+        self.depth, self.points = np.full((len(cameras), size, size), np.inf), np.zeros((len(cameras), size, size, 3))
+        for k, camera in enumerate(cameras):
+            origins, directions = camera.rays(size)
+            rays = open3d.core.Tensor(np.concatenate([origins, directions], -1).astype(np.float32))
+            distance = caster.cast_rays(rays)["t_hit"].numpy()
+            seen = np.isfinite(distance)
+            self.points[k][seen] = origins[seen] + directions[seen] * distance[seen, None]
+            self.depth[k][seen] = self.points[k][seen] @ camera.axes[2]
+        self.dispute = np.zeros((len(cameras), size, size))
+        for k in range(len(cameras)):
+            seen = np.isfinite(self.depth[k])
+            points = self.points[k][seen]
+            for other, camera in enumerate(cameras):
+                if other != k:
+                    row, column = (x.clip(0, size - 1) for x in camera.pixels(points, size))
+                    back = camera.eye[:3] - camera.eye[3] * points
+                    rays = np.concatenate([points, back / np.linalg.norm(back, axis=1, keepdims=True)], 1)
+                    lines = open3d.core.Tensor(rays.astype(np.float32))
+                    free = ~caster.test_occlusions(lines, tnear=SKIN * camera.width).numpy()
+                    gap = ((colours[k][seen] - colours[other, row, column]) ** 2).mean(-1)
+                    self.dispute[k][seen] += np.where(free, gap / 4, 0)
+        self.left = float((self.dispute.sum((1, 2)) / np.isfinite(self.depth).sum((1, 2)).clip(1)).max())
+
+
+def _put(covering: Covering, sights: _Sights, shared: np.ndarray, least: float) -> bool:
+    weight, random = sights.dispute.ravel(), covering.random
+    if not weight.any():
+        return False
+    radius = float(np.mean([body.radius for body in covering.pool]))
+    drawn = np.searchsorted(weight.cumsum(), random.random(DRAWN) * weight.sum(), side="right")
+    toward = np.stack([c.axes[2] for c in covering.cameras])[random.integers(len(covering.cameras), size=DRAWN)]
+    places = sights.points.reshape(-1, 3)[drawn] - REACH * radius * random.random((DRAWN, 1)) * toward
+    places += SPREAD * radius * random.normal(size=places.shape)
+    worth = np.where(covering.dark, 0.0, np.where(covering.wanted, GAP, SPILL))
+    # what one view no longer sees is no longer disputed in the other either
+    return covering.put(places, worth, least, (2 * sights.dispute, sights.depth, shared))
+
+
+def _shared(covering: Covering) -> np.ndarray:
+    """`(L, K, K)`: for each profile and two views that see all of it, a b / (a + b) summed over the faces that both
+    see, a and b their areas as seen: the least squares left by one colour for two pictures of difference 1."""
+    forward = np.stack([camera.axes[2] for camera in covering.cameras])
+    found = []
+    for b, body in enumerate(covering.pool):
+        turns = covering.profiles.rotation[b * covering.profiles.turns : (b + 1) * covering.profiles.turns]
+        corners = body.solid_vertices[body.solid_faces]
+        area = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
+        facing = np.maximum(-np.einsum("ki,tij,fj->tkf", forward, turns, area), 0)
+        first, second = facing[:, :, None], facing[:, None]
+        found.append((first * second / np.maximum(first + second, 1e-30)).sum(-1))
+    return np.concatenate(found)
+
+
+def _difference(colours: np.ndarray, wanted: np.ndarray) -> float:
+    """The mean square difference between a dark pixel of one picture and one of another."""
+    dark = [picture[where] for picture, where in zip(colours, wanted, strict=True)]
+    pairs = [(a, b) for k, a in enumerate(dark) for b in dark[:k]]
+    return float(np.mean([((a.mean(0) - b.mean(0)) ** 2 + a.var(0) + b.var(0)).mean() for a, b in pairs]))

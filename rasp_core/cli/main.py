@@ -1,0 +1,164 @@
+"""The command line: `rasp pack`, `check`, `assemble`, `art`, `sweep`, `figures`; also `python -m rasp_core`.
+
+Exit status: 0 certified (assemble: nothing doubtful), 1 not, 2 for input that cannot be used (one line on standard
+error says what and how to mend it). Progress goes to standard error, one line of result to standard output.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import NoReturn
+
+from .. import __version__
+from ..util.errors import InputError
+from . import commands
+
+
+class _Parser(argparse.ArgumentParser):
+    """Says what is wrong in one line, without the usage."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"rasp: {message}; see {self.prog} --help\n")
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line; returns the exit status."""
+    options = _parser().parse_args(arguments)
+    try:
+        return options.run(options)
+    except InputError as error:
+        print(f"rasp: {' '.join(str(error).split())}", file=sys.stderr)
+        return 2
+    except OSError as error:  # the disk is full, a file is gone: what could not be foreseen
+        print(
+            f"rasp: {error.filename or 'a file'}: {error.strerror or error}; see to it and try again", file=sys.stderr
+        )
+        return 2
+    except MemoryError:
+        print(
+            "rasp: the memory does not suffice; give fewer or simpler objects, or a smaller resolution", file=sys.stderr
+        )
+        return 2
+    except KeyboardInterrupt:
+        print("rasp: interrupted; nothing was written", file=sys.stderr)
+        return 130
+
+
+def _within(least: int, most: int) -> Callable[[str], int]:
+    """What reads a whole number between two bounds."""
+
+    def number(text: str) -> int:
+        try:
+            found = int(text)
+        except ValueError:
+            found = least - 1
+        if not least <= found <= most:
+            raise argparse.ArgumentTypeError(f"a whole number from {least} to {most} is needed, got {text!r}")
+        return found
+
+    return number
+
+
+_pixels, _seed = _within(1, 4096), _within(0, 2**31 - 1)
+
+
+def _parser() -> _Parser:
+    parser = _Parser(prog="rasp", description="Arrange rigid 3D objects by their shadows, without overlap.")
+    parser.add_argument("--version", action="version", version=f"rasp {__version__}")
+    added = parser.add_subparsers(required=True, metavar="COMMAND", parser_class=_Parser)
+
+    pack = added.add_parser("pack", help="pack objects into a container")
+    _add_problem(pack)
+    pack.add_argument("--lambda", dest="lambda_", type=float, default=0.001, help="weight of Eq. 5 (default: 0.001)")
+    pack.add_argument("--epsilon", type=float, default=0.01, help="depth of Eq. 5 in metres (default: 0.01)")
+    pack.add_argument("--seed", type=_seed, default=0)
+    pack.add_argument("--settle", action="store_true", help="let the packing fall under gravity, and judge it anew")
+    pack.add_argument("--out", type=Path, default=Path("out"), help="the run's folder (default: out)")
+    pack.set_defaults(run=commands.pack)
+
+    sweep = added.add_parser("sweep", help="pack with many seeds and weights at once, on Dask")
+    _add_problem(sweep)
+    sweep.add_argument("--seeds", type=int, default=8, metavar="N", help="the seeds 0 to N - 1 (default: 8)")
+    sweep.add_argument("--lambda", dest="lambda_", type=float, nargs="+", default=[0.001], help="one or more")
+    sweep.add_argument("--epsilon", type=float, nargs="+", default=[0.01], help="one or more, in metres")
+    sweep.add_argument("--workers", type=int, help="local processes (default: one for each core)")
+    sweep.add_argument("--scheduler", metavar="ADDRESS", help="a running Dask cluster instead, tcp://HOST:8786")
+    sweep.add_argument("--out", type=Path, default=Path("out"), help="finished runs are kept here (default: out)")
+    sweep.set_defaults(run=commands.sweep)
+
+    check = added.add_parser("check", help="certificate and density of a run; exit status 1 where it fails")
+    check.add_argument("scene", metavar="DIR|scene.glb", type=Path)
+    check.set_defaults(run=commands.check)
+
+    assemble = added.add_parser("assemble", help="put the parts of a broken thing back together")
+    assemble.add_argument(
+        "parts", nargs="+", metavar="PARTS", help="mesh files or folders of them; poses do not matter"
+    )
+    whole = assemble.add_mutually_exclusive_group(required=True)
+    whole.add_argument("--whole", metavar="FILE", help="the whole's mesh, closed, in the same unit")
+    whole.add_argument("--silhouettes", nargs="+", metavar="PNG", help="pictures of the whole, one for each view")
+    assemble.add_argument("--azimuths-deg", type=float, nargs="+", default=[0, 90, 0], help="(default: 0 90 0)")
+    assemble.add_argument("--elevations-deg", type=float, nargs="+", default=[0, 0, 90], help="(default: 0 0 90)")
+    assemble.add_argument("--width", type=float, help="of the silhouettes' edges, in the parts' unit")
+    assemble.add_argument("--seed", type=_seed, default=0)
+    assemble.add_argument("--out", type=Path, default=Path("out"), help="the run's folder (default: out)")
+    assemble.set_defaults(run=commands.assemble)
+
+    art = added.add_parser("art", help="heap objects up so that each side shows another picture")
+    art.add_argument("objects", nargs="+", metavar="OBJECTS", help="mesh files or folders of them, to be repeated")
+    shown = art.add_mutually_exclusive_group(required=True)
+    shown.add_argument("--targets", nargs="+", metavar="PNG", help="two to four pictures, one for each view")
+    shown.add_argument("--text", nargs="+", metavar="WORD", help="as long as each other: a heap for each place in them")
+    art.add_argument("--azimuths-deg", type=float, nargs="+", help="(default: 0 90; 0 120 240; 0 45 90 135)")
+    art.add_argument("--elevations-deg", type=float, nargs="+", help="(default: 0 each)")
+    art.add_argument("--projection", default="orthographic", choices=["orthographic", "perspective"])
+    art.add_argument("--width", type=float, help="of the pictures, in the objects' unit (default: chosen)")
+    art.add_argument("--count", type=int, help="objects, at most (default: as many as are needed)")
+    art.add_argument("--resolution", type=_pixels, default=512, help="pixels along a picture (default: 512)")
+    art.add_argument(
+        "--time-limit", type=float, metavar="S", default=120.0, help="seconds after which no other width is tried (120)"
+    )
+    art.add_argument("--paint", action="store_true", help="paint the pictures' colours onto the heap")
+    art.add_argument("--pictures", action="store_true", help="also installation.png, turntable.gif, heap.html")
+    art.add_argument("--seed", type=_seed, default=0)
+    art.add_argument("--device", default="auto", help="auto, cpu, cuda, cuda:1, mps (default: auto)")
+    art.add_argument("--out", type=Path, default=Path("out"), help="the run's folder (default: out)")
+    art.set_defaults(run=commands.art)
+
+    figures = added.add_parser("figures", help="run the figure notebooks and compare their facts")
+    figures.add_argument("names", nargs="*", metavar="NAME", help="such as 03_packing_density (default: all)")
+    figures.add_argument(
+        "--scale", default="quick", choices=["quick", "paper"], help="embedded data, or the real pools"
+    )
+    figures.add_argument(
+        "--store", action="store_true", help="keep the executed notebooks, with outputs, in notebooks/"
+    )
+    figures.set_defaults(run=commands.figures)
+    return parser
+
+
+def _add_problem(parser: argparse.ArgumentParser) -> None:
+    """The arguments that one packing and many have in common."""
+    parser.add_argument("objects", nargs="+", metavar="OBJECTS", help="mesh files or folders of them, in metres")
+    parser.add_argument(
+        "--container", required=True, help="box:X,Y,Z in metres; a closed mesh; auto, auto:cube or auto:X,Y,*"
+    )
+    parser.add_argument("--azimuths-deg", type=float, nargs="+", help="of the views (default: 3 of a box, 5 of a mesh)")
+    parser.add_argument("--elevations-deg", type=float, nargs="+", help="as many as --azimuths-deg")
+    parser.add_argument("--count", default="auto", help="auto (search), or exactly how many to arrange")
+    parser.add_argument("--repeat", type=int, metavar="D", help="draw a pool of D objects with replacement")
+    parser.add_argument(
+        "--fit-objects", type=int, metavar="N", help="scale all objects so that N make half the container"
+    )
+    parser.add_argument(
+        "--method",
+        help="rasp: the paper's (default); dense: the kit's own (for auto); baselines: spectral, dblf, heightmap",
+    )
+    parser.add_argument("--time-limit", type=float, metavar="S", help="seconds for the search")
+    parser.add_argument("--effort", type=int, metavar="E", help="tries of --method dense, instead of seconds")
+    parser.add_argument("--iterations", type=int, default=1000, help="length of the optimisation (default: 1000)")
+    parser.add_argument("--resolution", type=_pixels, default=256, help="pixels along a silhouette (default: 256)")
+    parser.add_argument("--device", default="auto", help="auto, cpu, cuda, cuda:1, mps (default: auto)")

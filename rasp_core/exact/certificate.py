@@ -1,0 +1,109 @@
+"""The judge: exact mesh booleans of every pair that may touch, and of every body against the container."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+
+import manifold3d
+import numpy as np
+
+from ..geometry.containers import Container
+from ..geometry.meshes import Body
+
+TOLERANCE = 1e-4  # of the smaller body's volume
+
+
+@dataclass(frozen=True)
+class Overlap:
+    """Two bodies that share `volume` cubic metres, `fraction` of the smaller one."""
+
+    first: str
+    second: str
+    volume: float
+    fraction: float
+
+
+@dataclass(frozen=True)
+class Protrusion:
+    """A body of which `volume` cubic metres, `fraction` of it, lie outside the container."""
+
+    body: str
+    volume: float
+    fraction: float
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """What the booleans say. Faults are above `tolerance`, worst first; the worst fractions are over all bodies."""
+
+    tolerance: float
+    pairs_tested: int
+    overlaps: list[Overlap]
+    protrusions: list[Protrusion]
+    worst_overlap: float
+    worst_protrusion: float
+    overlap_volume: float
+    protrusion_volume: float
+
+    @property
+    def holds(self) -> bool:
+        """True where nothing overlaps and nothing sticks out."""
+        return not self.overlaps and not self.protrusions
+
+    def to_dict(self) -> dict:
+        """As plain numbers, for `result.json`."""
+        return {"holds": self.holds, **asdict(self)}
+
+    def lines(self) -> list[str]:
+        """Each fault in words, worst first."""
+        return [f"{o.first} and {o.second} overlap by {o.fraction:.2e} of the smaller" for o in self.overlaps] + [
+            f"{p.body} sticks out of the container by {p.fraction:.2e} of its volume" for p in self.protrusions
+        ]
+
+
+def certify(
+    bodies: Sequence[Body], matrices: np.ndarray, container: Container, tolerance: float = TOLERANCE
+) -> Certificate:
+    """Judge bodies placed by `matrices` `(N, 4, 4)` (from file coordinates to the world) in a container.
+
+    Boxes are tested first: a boolean meets only bodies whose boxes intersect, and against a container that is a box
+    only those whose boxes leave it.
+    """
+    solids = [placed_solid(body, matrix) for body, matrix in zip(bodies, matrices, strict=True)]
+    boxes = np.array([solid.bounding_box() for solid in solids]).reshape(-1, 2, 3)
+    overlaps, tested, worst, total = [], 0, 0.0, 0.0
+    for i, j in pairs_of_boxes(boxes):
+        tested += 1
+        shared = max((solids[i] ^ solids[j]).volume(), 0.0)
+        fraction = shared / min(bodies[i].volume, bodies[j].volume)
+        worst, total = max(worst, fraction), total + shared
+        if fraction > tolerance:
+            overlaps.append(Overlap(bodies[i].name, bodies[j].name, shared, fraction))
+    protrusions, worst_out, total_out = [], 0.0, 0.0
+    hull = container.body.manifold.translate(container.body.centre)
+    for i, solid in enumerate(solids):
+        if container.size is not None and (np.abs(boxes[i]) <= container.size / 2).all():
+            continue
+        out = max((solid - hull).volume(), 0.0)
+        fraction = out / bodies[i].volume
+        worst_out, total_out = max(worst_out, fraction), total_out + out
+        if fraction > tolerance:
+            protrusions.append(Protrusion(bodies[i].name, out, fraction))
+    overlaps.sort(key=lambda o: -o.fraction)
+    protrusions.sort(key=lambda p: -p.fraction)
+    return Certificate(tolerance, tested, overlaps, protrusions, worst, worst_out, total, total_out)
+
+
+def placed_solid(body: Body, matrix: np.ndarray) -> manifold3d.Manifold:
+    """The body's solid where `matrix` `(4, 4)` puts it."""
+    place = np.asarray(matrix, np.float64)[:3].copy()
+    place[:, 3] += place[:, :3] @ body.centre
+    return body.manifold.transform(place)
+
+
+def pairs_of_boxes(boxes: np.ndarray) -> list[tuple[int, int]]:
+    """Index pairs i < j of boxes `(N, 2, 3)` that share volume."""
+    low, high = boxes[:, 0], boxes[:, 1]
+    meet = (low[:, None] < high[None]).all(-1) & (low[None] < high[:, None]).all(-1)
+    return [(int(i), int(j)) for i, j in zip(*np.nonzero(np.triu(meet, 1)), strict=True)]

@@ -1,0 +1,132 @@
+"""Exact booleans push apart what still overlaps by a hair, where signed distance grids see nothing any more.
+
+Where bodies A and B share a volume V, a move of A changes V by the area vectors of that part of A's surface that bounds
+it: dV = S . shift + T . turn, with S the sum of the area vectors and T that of their moments about A's centre. A step
+of Newton's method down that gradient halves a thin V at least.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import manifold3d
+import numpy as np
+import torch
+
+from ..geometry.containers import Container
+from ..geometry.meshes import Body
+from ..optimizer import file_to_world
+from ..poses import angles_to_rotation
+from ..problem import Start
+from .certificate import TOLERANCE, pairs_of_boxes, placed_solid
+
+SWEEPS = 25
+BETTER = 0.8  # the worst fault must fall below this share of what it was some sweeps ago
+PATIENCE = 6  # sweeps
+
+
+@dataclass(frozen=True)
+class _Fault:
+    """A solid that should be empty: where two bodies share space, or one is outside the container.
+
+    movers : indices of the bodies that bound it. share : its volume over the smaller body's.
+    """
+
+    movers: tuple[int, ...]
+    solid: manifold3d.Manifold
+    volume: float
+    share: float
+
+
+def mend(
+    bodies: Sequence[Body],
+    start: Start,
+    container: Container,
+    tolerance: float = TOLERANCE,
+    largest: float = np.inf,
+    movers: Sequence[int] | None = None,
+) -> Start | None:
+    """Move bodies that overlap or stick out a little, until none does by more than `tolerance` of its volume.
+
+    Returns the poses for which exact booleans find that, or None where the faults do not get smaller. For faults of
+    some thousandths of a volume: what begins with one above `largest` is given up at once. There are at most SWEEPS
+    sweeps, in which all bodies at fault move at once. movers : the bodies that may move, all where None; what the
+    others have among themselves is taken as it is.
+    """
+    rotation, translation = start.rotation.double(), start.translation.double()
+    reach = [body.radius for body in bodies]
+    movable = np.isin(np.arange(len(bodies)), np.arange(len(bodies)) if movers is None else movers)
+    faults, worst_of = _Faults(bodies, container, movable), []
+    for _ in range(SWEEPS):
+        found = faults.at(Start(rotation, translation))
+        worst_of.append(max((fault.share for fault in found), default=0.0))
+        if worst_of[-1] <= tolerance:
+            return Start(rotation, translation)
+        if worst_of[0] > largest:
+            return None
+        if len(worst_of) > PATIENCE and worst_of[-1] > BETTER * worst_of[-1 - PATIENCE]:
+            return None
+        shift, turn = torch.zeros_like(translation), torch.zeros_like(translation)
+        for fault in found:
+            if fault.share < tolerance / 2:
+                continue
+            free = [i for i in fault.movers if movable[i]]
+            slopes = [(i, *_slope(fault.solid, faults.solids[i], translation[i].numpy())) for i in free]
+            steep = sum(force @ force + moment @ moment / reach[i] ** 2 for i, force, moment in slopes)
+            if steep > 0:
+                for i, force, moment in slopes:
+                    shift[i] -= torch.from_numpy(fault.volume / steep * force)
+                    turn[i] -= torch.from_numpy(fault.volume / steep / reach[i] ** 2 * moment)
+        translation = translation + shift
+        rotation = torch.where((turn != 0).any(1)[:, None, None], angles_to_rotation(turn) @ rotation, rotation)
+    return None
+
+
+class _Faults:
+    """The faults of bodies in a container; asked again, only those are tested whose bodies have moved."""
+
+    def __init__(self, bodies: Sequence[Body], container: Container, movable: np.ndarray):
+        self.bodies, self.container, self.movable = bodies, container, movable
+        self.hull = container.body.manifold.translate(container.body.centre)
+        self.matrices = np.full((len(bodies), 4, 4), np.nan)
+        self.solids: list[manifold3d.Manifold] = [None] * len(bodies)
+        self.found: dict[tuple[int, ...], _Fault] = {}
+
+    def at(self, start: Start) -> list[_Fault]:
+        """The faults where bodies lie as `start` says."""
+        matrices = file_to_world(self.bodies, start.rotation, start.translation)
+        moved = set(np.flatnonzero((matrices != self.matrices).any((1, 2))).tolist())
+        self.matrices = matrices
+        for i in moved:
+            # each body is an original of its own, so that its part of a boolean's surface can be told
+            self.solids[i] = placed_solid(self.bodies[i], matrices[i]).as_original()
+        boxes = np.array([solid.bounding_box() for solid in self.solids]).reshape(-1, 2, 3)
+        self.found = {movers: fault for movers, fault in self.found.items() if not moved & set(movers)}
+        for i, j in pairs_of_boxes(boxes):
+            if (i in moved or j in moved) and (self.movable[i] or self.movable[j]):
+                self._note((i, j), self.solids[i] ^ self.solids[j])
+        for i in filter(self.movable.__getitem__, moved):
+            size = self.container.size
+            if size is None or (np.abs(boxes[i]) > size / 2).any():
+                self._note((i,), self.solids[i] - self.hull)
+        return list(self.found.values())
+
+    def _note(self, movers: tuple[int, ...], solid: manifold3d.Manifold) -> None:
+        volume = solid.volume()
+        if volume > 0:
+            share = volume / min(self.bodies[i].volume for i in movers)
+            self.found[movers] = _Fault(movers, solid, volume, share)
+
+
+def _slope(
+    common: manifold3d.Manifold, solid: manifold3d.Manifold, centre: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """How the volume of `common` grows with shifts `(3,)` of a solid that bounds it, and with turns about `centre`."""
+    mesh = common.to_mesh64()
+    corners = np.asarray(mesh.vert_properties)[:, :3][np.asarray(mesh.tri_verts)]
+    runs = np.diff(np.asarray(mesh.run_index)) // 3
+    own = np.repeat(np.asarray(mesh.run_original_id), runs) == solid.original_id()
+    a, b, c = corners[own].transpose(1, 0, 2)
+    areas = np.cross(b - a, c - a) / 2
+    return areas.sum(0), np.cross((a + b + c) / 3 - centre, areas).sum(0)

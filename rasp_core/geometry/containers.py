@@ -1,0 +1,166 @@
+"""Containers: a box or any closed mesh, with its signed distance and its views. World coordinates, metres."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+import trimesh
+from torch import Tensor
+
+from ..util.errors import InputError
+from . import sdf
+from .cameras import Camera, box_views, spread_views
+from .meshes import Body, load_body, make_body
+
+MARGIN = 1.1  # the viewing volume's edge over the largest distance that the container spans in it
+
+
+class Container:
+    """A closed region of space that bodies must stay in.
+
+    body : its surface, in the world's coordinates. size `(3,)` where it is a box about the origin, else None.
+    directions : azimuth and elevation in degrees of each view; None for the paper's. Raises InputError for none.
+    """
+
+    def __init__(
+        self,
+        body: Body,
+        size: np.ndarray | None = None,
+        directions: Sequence[tuple[float, float]] | None = None,
+    ):
+        if directions is not None and not len(directions):
+            raise InputError("at least one view is needed, got none")
+        self.body = body
+        self.size = size
+        self.directions = directions
+        self._stacks: dict[tuple, sdf.GridStack] = {}
+
+    @property
+    def volume(self) -> float:
+        """Cubic metres."""
+        return self.body.volume
+
+    @property
+    def bounds(self) -> np.ndarray:
+        """`(2, 3)`, lowest and highest corner."""
+        return np.stack([self.body.solid_vertices.min(0), self.body.solid_vertices.max(0)]) + self.body.centre
+
+    def views(self) -> list[Camera]:
+        """The views in `directions`, else the paper's: the three faces of a box, five spread directions for a mesh."""
+        centre, diagonal = self.bounds.mean(0), float(np.linalg.norm(np.ptp(self.bounds, axis=0)))
+        if self.directions is not None:
+            return [Camera(*angles, MARGIN * diagonal, tuple(centre.tolist())) for angles in self.directions]
+        if self.size is not None:
+            return box_views(MARGIN * float(self.size.max()), centre)
+        return spread_views(5, MARGIN * diagonal, centre)
+
+    def signed_distance(self, points: Tensor) -> tuple[Tensor, Tensor]:
+        """Distance `(M,)` to the wall, negative inside, and its gradient `(M, 3)`, at world points `(M, 3)`.
+
+        Exact for a box; for a mesh from its grid, as accurate as `sdf.GridStack.sample`.
+        """
+        if self.size is None:
+            centre = torch.as_tensor(self.body.centre, dtype=points.dtype, device=points.device)
+            first = torch.zeros(len(points), dtype=torch.int64, device=points.device)
+            return self._stack(points.device, points.dtype).sample(first, points - centre)
+        half = torch.as_tensor(self.size / 2, dtype=points.dtype, device=points.device)
+        beyond = points.abs() - half
+        outside = beyond.clamp(min=0)
+        distance = outside.norm(dim=1)
+        deepest, axis = beyond.max(1)
+        inner = torch.nn.functional.one_hot(axis, 3).to(points.dtype)
+        gradient = torch.where((deepest > 0)[:, None], outside / distance.clamp(min=1e-30)[:, None], inner)
+        return torch.where(deepest > 0, distance, deepest), gradient * torch.where(points < 0, -1.0, 1.0)
+
+    def arrays(self, dtype: torch.dtype) -> tuple:
+        """half, centre and grid for the compiled loops, see `kernels_surface`."""
+        if self.size is None:
+            return np.zeros(0), self.body.centre, self._stack(torch.device("cpu"), dtype).arrays
+        return self.size / 2, np.zeros(3), sdf.GridStack([], dtype=dtype).arrays
+
+    def _stack(self, device: torch.device, dtype: torch.dtype) -> sdf.GridStack:
+        if (device, dtype) not in self._stacks:
+            grid = sdf.bake_cached(self.body, cells=96, padding=16)
+            self._stacks[device, dtype] = sdf.GridStack([grid], device, dtype)
+        return self._stacks[device, dtype]
+
+    def random_points(self, count: int, generator: torch.Generator) -> Tensor:
+        """`(count, 3)` float32 points uniform inside, on the CPU."""
+        low, high = (torch.as_tensor(corner, dtype=torch.float32) for corner in self.bounds)
+        found: list[Tensor] = []
+        while sum(map(len, found)) < count:
+            points = low + torch.rand(max(64, 4 * count), 3, generator=generator) * (high - low)
+            found.append(points[self.signed_distance(points)[0] < 0])
+        return torch.cat(found)[:count]
+
+
+def box(size: Sequence[float]) -> Container:
+    """A box of edges `size` (3 lengths in metres) about the origin. Raises InputError where one is not positive."""
+    edges = np.asarray(size, np.float64)
+    if edges.shape != (3,) or not np.isfinite(edges).all() or (edges <= 0).any():
+        raise InputError(f"a box needs three positive edges in metres, got {', '.join(map(str, size))}")
+    mesh = trimesh.creation.box(edges)
+    return Container(make_body("container", mesh.vertices, mesh.faces), edges)
+
+
+def from_mesh(path: str | Path) -> Container:
+    """A container from a mesh file, in the file's coordinates. Raises MeshError where it bounds no solid."""
+    return Container(load_body(path))
+
+
+@dataclass(frozen=True)
+class FreeBox:
+    """A box that is yet to be found.
+
+    edges : three lengths in metres, None where an edge is free. cube : all edges are free and equal.
+    """
+
+    edges: tuple[float | None, float | None, float | None]
+    cube: bool = False
+
+    @property
+    def free(self) -> np.ndarray:
+        """`(3,)` bool: the edges that are free."""
+        return np.array([edge is None for edge in self.edges])
+
+    def sized(self, volume: float) -> np.ndarray:
+        """`(3,)` edges of the box of this volume whose free edges are equal."""
+        fixed = [edge for edge in self.edges if edge is not None]
+        free = (volume / np.prod(fixed)) ** (1 / (3 - len(fixed)))
+        return np.array([free if edge is None else edge for edge in self.edges])
+
+
+def parse(text: str) -> Container | FreeBox:
+    """A container from its description.
+
+    `box:0.32,0.32,0.30` (metres), `auto`, `auto:cube` or `auto:0.32,0.32,*` (a box to be found, * its free edges), or
+    the path of a mesh. Raises InputError with the remedy.
+    """
+    if text == "auto" or text.startswith("auto:"):
+        return _parse_free(text)
+    if not text.startswith("box:"):
+        return from_mesh(text)
+    try:
+        edges = [float(word) for word in text[4:].split(",")]
+    except ValueError:
+        edges = []
+    if len(edges) != 3:
+        raise InputError(f"container {text!r} is not a box; write box:0.32,0.32,0.30 (three edges in metres)")
+    return box(edges)
+
+
+def _parse_free(text: str) -> FreeBox:
+    shape = text.partition(":")[2] or "*,*,*"
+    if shape == "cube":
+        return FreeBox((None, None, None), cube=True)
+    try:
+        edges = [None if word.strip() == "*" else float(word) for word in shape.split(",")]
+    except ValueError:
+        edges = []
+    if len(edges) != 3 or None not in edges or not all(e is None or (np.isfinite(e) and e > 0) for e in edges):
+        raise InputError(f"container {text!r} is not a box to be found; write auto, auto:cube or auto:0.32,0.32,*")
+    return FreeBox(tuple(edges))

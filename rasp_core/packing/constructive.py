@@ -1,0 +1,159 @@
+"""Baselines: objects one after the other, largest first, each in one of 24 turns where a rule puts it.
+
+- spectral: where it lies most snugly (Cui et al. 2023, Dense, Interlocking-Free and Scalable Spectral Packing);
+- dblf: deepest, then furthest back, then furthest left, holes included (Wang et al. 2010, Two natural heuristics);
+- heightmap: dropped from above where it raises the surface least (Wang & Hauser 2021, Dense robotic packing).
+
+Any of them can be ruined and built again: what lies about a random place is taken out, and the container filled anew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import torch
+
+from ..geometry.containers import Container
+from ..geometry.meshes import Body
+from ..problem import Settings, Start
+from ..util.budget import Budget
+from ..util.errors import InputError
+from .result import Packing, check_sizes, finish, progress_bar
+from .voxel_correlation import Room, Turned, choose_voxel, quarter_turns
+
+RULES = {"spectral": Room.snuggest, "dblf": Room.deepest, "heightmap": Room.flattest}
+SHUFFLE = 0.15  # of the order by volume, when the container is filled anew
+TEMPERATURE = 0.003  # density that a rebuilding may lose now and then
+FEW_VOXELS = 10_000  # of a room in which placing again and again costs little
+LARGEST_RUIN = 0.5  # share of the objects taken out at once
+
+
+def pack(
+    bodies: Sequence[Body],
+    container: Container,
+    settings: Settings | None = None,
+    device: str | torch.device = "cpu",
+    time_limit: float | None = None,
+    progress: bool = False,
+    rule: str = "spectral",
+    sequences: int = 1,
+    shuffle: float = SHUFFLE,
+) -> Packing:
+    """One placement, the largest first; or the best of more, in shaken orders.
+
+    rule : one of RULES. sequences : orders tried. shuffle : spread of the logarithm by which the volumes' order is
+    shaken, infinite for random orders, the first included. time_limit : seconds; where given, as many as it allows.
+    settings : seed and resolution count. Raises InputError as `dense.pack` does, and for an unknown rule.
+    """
+    settings = settings or Settings()
+    if rule not in RULES:
+        raise InputError(f"rule {rule!r} is unknown; use one of {', '.join(RULES)}")
+    check_sizes(bodies, container)
+    budget = Budget(time_limit)
+    placement, best, rounds = Placement(bodies, container, settings.seed, rule), ({}, 0.0), []
+    with progress_bar(rule, "placement", progress) as bar:
+        while not rounds or (len(rounds) < sequences if time_limit is None else not budget.spent()):
+            placement.placed = {}
+            placement.fill(placement.shaken(shuffle) if rounds or np.isinf(shuffle) else None, budget.spent)
+            if placement.density > best[1]:
+                best = placement.placed, placement.density
+            rounds.append({"objects": len(placement.placed), "density": placement.density})
+            bar.update()
+            bar.set_postfix_str(f"density {best[1]:.4f}")
+    placement.placed = best[0]
+    return finish(bodies, list(best[0]), placement.start, container, settings, device, rounds=rounds)
+
+
+class Placement:
+    """A placement under way.
+
+    placed : index in the pool -> turn and shift, in the order of placing.
+    """
+
+    def __init__(self, pool: Sequence[Body], container: Container, seed: int = 0, rule: str = "spectral"):
+        self.rule = RULES[rule]
+        self.pool, self.container = pool, container
+        self.volumes = np.array([body.volume for body in pool])
+        self.room = Room(container, choose_voxel(pool, container))
+        self.random = np.random.default_rng(seed)
+        self.turns: dict[str, list[Turned]] = {}
+        self.placed: dict[int, tuple[Turned, np.ndarray]] = {}
+
+    def enter(self, container: Container, keep: bool = False) -> None:
+        """Go on in another container; with `keep`, what is placed stays as far from its lowest corner as it was."""
+        self.container, self.room = container, Room(container, self.room.voxel)
+        if not keep:
+            self.placed = {}
+
+    @property
+    def coarse(self) -> bool:
+        """The room has few voxels: the objects are made of large equal cubes."""
+        return bool(self.room.shape.prod() <= FEW_VOXELS)
+
+    @property
+    def density(self) -> float:
+        """Eq. 6, of what is placed."""
+        return float(self.volumes[list(self.placed)].sum() / self.container.volume)
+
+    @property
+    def start(self) -> Start:
+        """The poses of what is placed, in the order of `placed`."""
+        turns = np.array([turned.rotation for turned, _ in self.placed.values()]).reshape(-1, 3, 3)
+        centres = np.array([self.room.centre(*place) for place in self.placed.values()]).reshape(-1, 3)
+        return Start(torch.from_numpy(turns), torch.from_numpy(centres))
+
+    def shaken(self, shuffle: float = SHUFFLE) -> np.ndarray:
+        """The largest first, but for some chance; by chance alone where `shuffle` is infinite."""
+        chance = self.random.standard_normal(len(self.volumes))
+        return np.argsort(chance if np.isinf(shuffle) else -self.volumes * np.exp(shuffle * chance))
+
+    def fill(self, order: Sequence[int] | None = None, stop: Callable[[], bool] = lambda: False) -> None:
+        """Place what fits, in the given order of pool indices; the largest first where None."""
+        order = np.argsort(-self.volumes, kind="stable") if order is None else order
+        self.room.clear()
+        for place in self.placed.values():
+            self.room.place(*place)
+        free = (~self.room.taken).sum() * self.room.voxel**3 * (1 + 1e-6)
+        refused: set[str] = set()
+        for index in map(int, order):
+            body = self.pool[index]
+            if index in self.placed or body.digest in refused or body.volume > free:
+                continue
+            if stop():
+                return
+            place = self.rule(self.room, self._turns(body))
+            if place is None:
+                refused.add(body.digest)
+                continue
+            self.room.place(*place)
+            self.placed[index] = place
+            free -= body.volume
+
+    def rebuild(self, stop: Callable[[], bool] = lambda: False) -> None:
+        """Take out what lies about a random place and fill anew in a shaken order; kept where it loses nothing, or by
+        chance little."""
+        before, density = dict(self.placed), self.density
+        spot = self.random.random(3) * self.room.shape
+        away = {
+            index: np.linalg.norm(shift + np.array(turned.voxels.shape) / 2 - spot)
+            for index, (turned, shift) in before.items()
+        }
+        most = max(3, int(LARGEST_RUIN * len(before)))
+        ruined = sorted(away, key=away.get)[: self.random.integers(2, most)]
+        self.placed = {index: place for index, place in before.items() if index not in ruined}
+        self.fill(self.shaken(), stop)
+        if self.random.random() > np.exp((self.density - density) / TEMPERATURE) or stop():
+            self.placed = before
+
+    def _turns(self, body: Body) -> list[Turned]:
+        """The body's distinct quarter turns."""
+        if body.digest not in self.turns:
+            found: list[Turned] = []
+            straight = Turned.covering(body, np.eye(3), self.room.voxel)
+            for quarter in quarter_turns():
+                turned = straight.turned(quarter, self.room.voxel)
+                if not any(np.array_equal(turned.voxels, other.voxels) for other in found):
+                    found.append(turned)
+            self.turns[body.digest] = found
+        return self.turns[body.digest]

@@ -1,0 +1,228 @@
+"""What gravity does to a packing: MuJoCo lets the objects fall and come to rest, and the certificate judges anew.
+
+Objects collide as sets of convex pieces: their own, where a mesh is made of such, else CoACD's (Wei et al. 2022,
+Approximate Convex Decomposition for 3D Meshes with Collision-Aware Concavity and Tree Search). The container
+is closed on all sides; the walls of a mesh are slabs behind its faces.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+import trimesh
+from scipy.spatial import QhullError
+
+from ..exact.certificate import Certificate, certify
+from ..geometry.containers import Container
+from ..geometry.meshes import Body
+from ..optimizer import file_to_world
+from ..packing.separation import Press
+from ..problem import Settings, Start
+from ..util import o3d
+from ..util.errors import InputError
+
+STEP = 0.002  # seconds
+FRICTION = 0.5
+STIFF = 0.006  # seconds in which a contact gives way; MuJoCo wants at least two steps
+REST = 0.01  # container lengths a second, below which a body counts as resting
+CHECKED = 50  # steps between looks at the speeds
+CONVEX = 1.001  # volume of a convex piece's hull over its own
+FLAT = 1e-6  # volume of a hull over its longest edge cubed, below which it is no solid
+CONCAVITY = 0.05  # CoACD's threshold
+CORNERS = 64  # of a convex piece, at most
+WALL = 0.05  # thickness of the walls, of the container's longest edge
+WALL_FACES = 1500  # of a mesh container, at most
+
+
+@dataclass(frozen=True)
+class Settled:
+    """A packing after its fall.
+
+    matrices `(N, 4, 4)`: file coordinates to the world. moved `(N,)` metres, of the bodies' centres; turned_deg `(N,)`.
+    at_rest : whether all had come to rest; simulated : seconds that passed for the objects. soft_faults : what the
+    certificate found before surface contact took out what MuJoCo's contacts, which give way, had let through.
+    """
+
+    matrices: np.ndarray
+    moved: np.ndarray
+    turned_deg: np.ndarray
+    at_rest: bool
+    simulated: float
+    soft_faults: int
+    certificate: Certificate
+
+    def lines(self) -> list[str]:
+        """What happened, in words: how far objects moved, and what the certificate says."""
+        faults = len(self.certificate.lines())
+        rest = " to rest" if self.at_rest else ""
+        return [
+            f"settled{rest} in {self.simulated:.1f} s: moved by {self.moved.mean():.2g} m in the mean, "
+            f"{self.moved.max():.2g} m at most, turned by {self.turned_deg.mean():.1f} degrees; "
+            f"{f'{faults} faults' if faults else 'certified'}",
+            *(f"settled, {line}" for line in self.certificate.lines()[:20]),
+        ]
+
+    def to_dict(self) -> dict:
+        """As plain numbers, for `result.json`."""
+        return {
+            "moved_mean": float(self.moved.mean()),
+            "moved_max": float(self.moved.max()),
+            "turned_deg_mean": float(self.turned_deg.mean()),
+            "turned_deg_max": float(self.turned_deg.max()),
+            "at_rest": self.at_rest,
+            "simulated_seconds": self.simulated,
+            "soft_faults": self.soft_faults,
+            "certificate": self.certificate.to_dict(),
+            "poses": self.matrices.tolist(),
+        }
+
+
+def settle(bodies: Sequence[Body], matrices: np.ndarray, container: Container, seconds: float = 3.0) -> Settled:
+    """Let bodies placed by `matrices` `(N, 4, 4)` fall along -z until they rest, or for so many simulated seconds.
+
+    Lengths are those of a container one metre long, so that a packing falls alike whatever its unit. MuJoCo's contacts
+    give way a little; what overlaps by that is pressed out by surface contact, where that will do.
+    Raises InputError for no bodies or seconds that are not positive.
+    """
+    import mujoco
+
+    if not bodies:
+        raise InputError("there is nothing to settle; give at least one object")
+    if not seconds > 0:
+        raise InputError(f"the simulated seconds must be positive, got {seconds}")
+    unit = float(np.ptp(container.bounds, axis=0).max())
+    model = _model(bodies, matrices, container, unit)
+    data = mujoco.MjData(model)
+    at_rest = False
+    for step in range(1, max(1, round(seconds / STEP)) + 1):
+        mujoco.mj_step(model, data)
+        if step % CHECKED == 0 and np.abs(data.qvel.reshape(-1, 6)[:, :3]).max() < REST:
+            at_rest = True
+            break
+    mujoco.mj_forward(model, data)
+    ids = [model.body(f"{i}").id for i in range(len(bodies))]
+    start = Start(
+        torch.from_numpy(data.xmat[ids].reshape(-1, 3, 3).copy()), torch.from_numpy(data.xpos[ids].copy() * unit)
+    )
+    placed = _placed(bodies, start)
+    certificate = certify(bodies, placed, container)
+    soft_faults = len(certificate.lines())
+    if soft_faults:
+        press = Press(bodies, container, Settings(), torch.device("cpu"), np.random.default_rng(0), lambda: False)
+        mended = press.settle(list(range(len(bodies))), start, 0)
+        if mended is not None:
+            placed = _placed(bodies, mended)
+            certificate = certify(bodies, placed, container)
+    centres = [_centres(bodies, m) for m in (matrices, placed)]
+    trace = np.einsum("nij,nij->n", matrices[:, :3, :3], placed[:, :3, :3])
+    turned = np.degrees(np.arccos(np.clip((trace - 1) / 2, -1, 1)))
+    moved = np.linalg.norm(centres[1] - centres[0], axis=1)
+    return Settled(placed, moved, turned, at_rest, step * STEP, soft_faults, certificate)
+
+
+def _placed(bodies: Sequence[Body], start: Start) -> np.ndarray:
+    return file_to_world(bodies, start.rotation, start.translation)
+
+
+def _centres(bodies: Sequence[Body], matrices: np.ndarray) -> np.ndarray:
+    """`(N, 3)`, where the centres of the bodies' boxes lie."""
+    return np.array([m[:3, :3] @ body.centre + m[:3, 3] for body, m in zip(bodies, matrices, strict=True)])
+
+
+def convex_pieces(body: Body) -> list[np.ndarray]:
+    """Corners `(V, 3)` of convex pieces that make up the body, about its centre: its own pieces, where all are convex,
+    else CoACD's."""
+    mesh = trimesh.Trimesh(body.vertices - body.centre, body.faces, process=False)
+    pieces = mesh.split(only_watertight=False)
+    hulls = [hull for piece in pieces if (hull := _hull(piece.vertices[np.unique(piece.faces)])) is not None]
+    if sum(hull.volume for hull in hulls) <= CONVEX * sum(abs(piece.volume) for piece in pieces):
+        return [np.asarray(hull.vertices) for hull in hulls]
+    import coacd
+
+    coacd.set_log_level("error")
+    found = coacd.run_coacd(
+        coacd.Mesh(body.solid_vertices, body.solid_faces.astype(np.int32)),
+        threshold=CONCAVITY,
+        preprocess_mode="off",
+        mcts_iterations=60,
+        mcts_max_depth=2,
+        decimate=True,
+        max_ch_vertex=CORNERS,
+    )
+    return [np.asarray(vertices) for vertices, _ in found if _hull(np.asarray(vertices)) is not None]
+
+
+def _hull(points: np.ndarray) -> trimesh.Trimesh | None:
+    """The convex hull of `(V, 3)` points; None where they span no volume."""
+    try:
+        hull = trimesh.PointCloud(points).convex_hull
+    except QhullError:
+        return None
+    return hull if hull.volume > FLAT * float(np.ptp(points, axis=0).max()) ** 3 else None
+
+
+def _model(bodies: Sequence[Body], matrices: np.ndarray, container: Container, unit: float):
+    """MuJoCo's model: one free body for each of ours, named by its index, and the container's walls."""
+    import mujoco
+
+    spec = mujoco.MjSpec()
+    spec.option.timestep = STEP
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+
+    def add_piece(parent, name: str, vertices: np.ndarray, reuse: bool = False) -> None:
+        if not reuse:
+            hull = _hull(vertices)
+            spec.add_mesh(
+                name=name,
+                uservert=np.asarray(hull.vertices / unit).ravel(),
+                userface=np.asarray(hull.faces).ravel(),
+                inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX,
+                maxhullvert=CORNERS,
+            )
+        parent.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, **contact)
+
+    contact = {"friction": [FRICTION, 0.005, 0.0001], "solref": [STIFF, 1.0], "solimp": [0.95, 0.99, 0.0005, 0.5, 2.0]}
+    known: dict[str, list[np.ndarray]] = {}
+    centres = _centres(bodies, matrices)
+    for i, (body, matrix) in enumerate(zip(bodies, matrices, strict=True)):
+        reuse = body.digest in known
+        pieces = known.setdefault(body.digest, [] if reuse else convex_pieces(body))
+        place = spec.worldbody.add_body(name=f"{i}", pos=centres[i] / unit)
+        mujoco.mju_mat2Quat(place.quat, np.ascontiguousarray(matrix[:3, :3]).ravel())
+        place.add_freejoint()
+        for k, piece in enumerate(pieces):
+            add_piece(place, f"{body.digest}.{k}", piece, reuse)
+    if container.size is None:
+        for k, slab in enumerate(slab for slab in _slabs(container) if _hull(slab) is not None):
+            add_piece(spec.worldbody, f"wall.{k}", slab)
+        return spec.compile()
+    half, thick = container.size / unit / 2, WALL / 2
+    for axis, side in itertools.product(range(3), (-1, 1)):
+        size, position = half + 2 * thick, np.zeros(3)
+        size[axis], position[axis] = thick, side * (half[axis] + thick)
+        spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=size, pos=position, **contact)
+    return spec.compile()
+
+
+def _slabs(container: Container) -> list[np.ndarray]:
+    """`(6, 3)` corners of a slab behind each face of a mesh container."""
+    hull = container.body
+    mesh = trimesh.Trimesh(hull.solid_vertices + hull.centre, hull.solid_faces, process=False)
+    if len(mesh.faces) > WALL_FACES:
+        open3d = o3d.load()
+        fine = open3d.geometry.TriangleMesh(
+            open3d.utility.Vector3dVector(mesh.vertices), open3d.utility.Vector3iVector(mesh.faces)
+        )
+        coarse = fine.simplify_quadric_decimation(WALL_FACES)
+        mesh = trimesh.Trimesh(np.asarray(coarse.vertices), np.asarray(coarse.triangles), process=False)
+    back = mesh.vertices + WALL * float(np.ptp(container.bounds, axis=0).max()) * mesh.vertex_normals
+    return [
+        np.concatenate([mesh.vertices[face], back[face]])
+        for face, area in zip(mesh.faces, mesh.area_faces, strict=True)
+        if area > 1e-12 * mesh.area
+    ]

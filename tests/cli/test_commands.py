@@ -1,0 +1,112 @@
+"""What the commands of the command line do, and the folders that they leave; see `test_main` for errors of input."""
+
+import json
+
+import numpy as np
+import pytest
+import trimesh
+
+from rasp_core.cli.main import main
+
+BOX = "box:0.2,0.2,0.2"
+SMALL = ["--iterations", "60", "--resolution", "64"]
+
+
+def test_pack_and_check_agree(cans, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["pack", str(cans), "--container", BOX, "--out", str(out), *SMALL]) == 0
+    line = capsys.readouterr().out
+    assert line.count("\n") == 1
+    assert "certified" in line
+    record = json.loads((out / "result.json").read_text())
+    assert record["density"] == pytest.approx(record["density_voxels"], rel=0.03)
+    assert record["seed"] == 0
+    assert main(["check", str(out)]) == 0
+    assert main(["check", str(out / "scene.glb")]) == 0
+    assert f"density {record['density']:.4f}, certified" in capsys.readouterr().out
+
+
+def test_the_smallest_box_is_found_and_judged(cans, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["pack", str(cans), "--container", "auto:0.15,0.15,*", "--effort", "3", "--out", str(out)]) == 0
+    record = json.loads((out / "result.json").read_text())
+    assert record["method"] == "dense"
+    assert record["container"]["box"][:2] == [0.15, 0.15]
+    assert len(record["objects"]) == 4
+    assert main(["check", str(out)]) == 0
+
+
+def test_a_packing_falls_and_comes_apart(cans, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["pack", str(cans), "--container", BOX, "--settle", "--out", str(out), *SMALL]) == 0
+    printed = capsys.readouterr().err
+    assert "rasp: settled" in printed
+    assert "straight pulls" in printed
+    record = json.loads((out / "result.json").read_text())
+    assert record["settled"]["moved_max"] > 0.01, "three cans in 20 cm fall"
+    assert len(record["removal"]["order"]) == len(record["objects"])
+    assert main(["check", str(out / "settled.glb")]) == 0
+
+
+def test_a_packing_that_does_not_hold_ends_with_status_1_and_says_what_fails(cans, tmp_path, capsys):
+    crowd = ["--repeat", "40", "--count", "40", "--iterations", "3", "--resolution", "64"]
+    assert main(["pack", str(cans), "--container", "box:0.1,0.1,0.1", "--out", str(tmp_path / "out"), *crowd]) == 1
+    printed = capsys.readouterr()
+    assert "NOT certified" in printed.out
+    assert "overlap by" in printed.err
+    assert main(["check", str(tmp_path / "out")]) == 1
+
+
+def test_objects_are_scaled_to_a_container_of_its_own_units(cans, tmp_path):
+    trimesh.creation.icosphere(radius=50).export(tmp_path / "ball.ply")
+    out = tmp_path / "out"
+    arguments = ["--container", str(tmp_path / "ball.ply"), "--repeat", "12", "--fit-objects", "20", "--out", str(out)]
+    assert main(["pack", str(cans), *arguments, *SMALL]) == 0
+    assert json.loads((out / "result.json").read_text())["object_scale"] > 100
+
+
+def test_check_names_what_is_not_there(tmp_path, capsys):
+    assert main(["check", str(tmp_path / "gone")]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_figures_names_what_is_not_there(capsys):
+    assert main(["figures", "99_gone"]) == 2
+    assert "no figure named 99_gone" in capsys.readouterr().err
+
+
+def test_a_sweep_says_which_seed_packs_best_and_goes_on_where_it_ended(cans, tmp_path, capsys):
+    out = tmp_path / "out"
+    arguments = ["sweep", str(cans), "--container", BOX, "--seeds", "2", "--out", str(out), *SMALL]
+    assert main([*arguments, "--lambda", "0.001", "0.002", "--workers", "1"]) == 0
+    line = capsys.readouterr().out
+    assert "4 runs, 4 certified; best density" in line
+    assert len(list(out.glob("pack-*.json"))) == 4
+    table = (out / "sweep.csv").read_text()
+    assert table.splitlines()[0].startswith("lambda_,epsilon,seed,objects,density,certified")
+    assert len(table.splitlines()) == 5
+    assert main([*arguments, "--lambda", "0.001", "0.002", "--workers", "1"]) == 0
+    assert (out / "sweep.csv").read_text() == table
+
+
+@pytest.mark.parametrize(("option", "value"), [("--seeds", "0"), ("--workers", "0"), ("--time-limit", "-1")])
+def test_a_sweep_refuses_what_it_cannot_do(cans, tmp_path, capsys, option, value):
+    arguments = ["sweep", str(cans), "--container", BOX, "--out", str(tmp_path / "out"), *SMALL, option, value]
+    assert main(arguments) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+@pytest.mark.real_data
+@pytest.mark.parametrize(("group", "options"), [("kitchen", []), ("blockout", ["--repeat", "100"])])
+def test_real_pools_are_packed_and_judged_by_booleans_of_the_scene_alone(data, tmp_path, group, options):
+    """A short search in a quarter of IR-BPP's container; every node a rigid copy of its file, nothing overlapping."""
+    out = tmp_path / "out"
+    arguments = ["pack", str(data / group), "--container", "box:0.2,0.2,0.2", "--iterations", "300", "--out", str(out)]
+    assert main([*arguments, *options]) == 0
+    scene = trimesh.load_scene(out / "scene.glb")
+    for node in set(scene.graph.nodes_geometry) - {"container"}:
+        transform, geometry = scene.graph[node]
+        assert transform[:3, :3] @ transform[:3, :3].T == pytest.approx(np.eye(3), abs=1e-6)
+        original = trimesh.load_mesh(data / group / f"{node.split('#')[0]}.obj", process=False)
+        assert scene.geometry[geometry].vertices == pytest.approx(original.vertices, abs=1e-6)
+    assert main(["check", str(out)]) == 0

@@ -1,0 +1,134 @@
+"""The smallest box holds all, certified, never grows, and keeps its shape."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from data_fetch import kitchen_like
+from rasp_core.exact.certificate import certify
+from rasp_core.geometry.containers import FreeBox, parse
+from rasp_core.geometry.meshes import make_body, unique_names
+from rasp_core.packing import minimal_box
+from rasp_core.problem import Settings
+from rasp_core.util.errors import InputError
+
+QUICK = Settings(query_points=10_000, resolution=64)
+
+
+def holds_all(packed, bodies):
+    arrangement = packed.arrangement
+    assert packed.chosen == list(range(len(bodies)))
+    assert certify(bodies, arrangement.matrices, arrangement.problem.container).holds
+    assert packed.certificate.holds
+    densities = [r["density"] for r in packed.rounds]
+    assert densities == sorted(densities)
+    assert packed.density == pytest.approx(densities[-1])
+    return arrangement.problem.container.size
+
+
+@pytest.mark.parametrize("text", ["auto", "auto:cube", "auto:0.2,0.16,*"])
+def test_all_objects_lie_in_a_box_of_the_shape(text):
+    bodies = kitchen_like(10)
+    edges = holds_all(packed := minimal_box.pack(bodies, parse(text), QUICK, effort=10), bodies)
+    if text == "auto:cube":
+        assert np.ptp(edges) == 0
+    if text == "auto:0.2,0.16,*":
+        assert edges[:2].tolist() == [0.2, 0.16]
+    assert len(packed.rounds) > 1, "ten tries made it smaller"
+
+
+def test_the_same_effort_gives_the_same_box():
+    bodies = kitchen_like(5)
+    first, again = (minimal_box.pack(bodies, parse("auto"), QUICK, effort=4) for _ in range(2))
+    assert np.array_equal(first.arrangement.matrices, again.arrangement.matrices)
+
+
+@pytest.mark.parametrize("rule", ["dblf", "heightmap"])
+def test_a_baseline_alone(rule):
+    bodies = kitchen_like(8)
+    packed = minimal_box.pack(bodies, parse("auto"), QUICK, effort=3, rule=rule)
+    holds_all(packed, bodies)
+    assert len(packed.history) == 0
+
+
+def test_eight_cubes_are_a_cube():
+    cube = trimesh.creation.box((0.1, 0.1, 0.1))
+    bodies = unique_names([make_body("cube", cube.vertices, cube.faces)] * 8)
+    assert holds_all(minimal_box.pack(bodies, parse("auto:cube"), QUICK, effort=0), bodies) == pytest.approx([0.2] * 3)
+
+
+@pytest.mark.parametrize("text", ["auto", "auto:cube", "auto:*,0.3,*"])
+def test_one_object_is_boxed(text):
+    (body,) = kitchen_like(1)
+    edges = holds_all(minimal_box.pack([body], parse(text), QUICK, effort=1), [body])
+    assert edges.max() <= (0.3 if "0.3" in text else 2 * body.half_extents.max() + 1e-9)
+
+
+def test_what_stays_overlapping_weighs_more(monkeypatch):
+    monkeypatch.setattr(minimal_box, "STALE", 0)
+    seen = []
+    weighed = minimal_box._Search._weighed
+    monkeypatch.setattr(
+        minimal_box._Search, "_weighed", lambda self, tight: seen.append((tight, weighed(self, tight))) or seen[-1][1]
+    )
+    bodies = kitchen_like(6)
+    holds_all(minimal_box.pack(bodies, parse("auto"), QUICK, effort=60), bodies)
+    assert seen
+    for before, after in seen:
+        gain, most = after.weight / before.weight, before.share.argmax()
+        assert gain.argmax() == most
+        assert after.weight.mean() == pytest.approx(1)
+        assert after.tried / after.energy == pytest.approx(before.tried / before.energy)
+        assert (after.rotation == before.rotation).all()
+
+
+def test_ctrl_c_returns_the_best_so_far(monkeypatch):
+    def interrupt(self):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(minimal_box._Search, "move", interrupt)
+    packed = minimal_box.pack(kitchen_like(4), parse("auto"), QUICK, effort=50)
+    assert packed.arrangement.interrupted
+    assert packed.certificate.holds
+    monkeypatch.setattr(minimal_box._Search, "place", lambda self, rule: interrupt(self))
+    with pytest.raises(KeyboardInterrupt):
+        minimal_box.pack(kitchen_like(4), parse("auto"), QUICK, effort=5)
+
+
+def test_time_ends_a_search():
+    packed = minimal_box.pack(kitchen_like(4), parse("auto"), QUICK, time_limit=1e-6)
+    assert packed.certificate.holds
+
+
+def test_bad_input_is_refused():
+    with pytest.raises(InputError, match="nothing to pack"):
+        minimal_box.pack([], parse("auto"))
+    with pytest.raises(InputError, match="effort"):
+        minimal_box.pack(kitchen_like(2), parse("auto"), effort=-1)
+    with pytest.raises(InputError, match="larger than the container"):
+        minimal_box.pack(kitchen_like(2), FreeBox((0.01, 0.01, None)))
+
+
+def test_fixed_edges_that_do_not_hold_an_object_are_refused():
+    plate = trimesh.creation.box((0.1, 0.1, 0.01))
+    with pytest.raises(InputError, match="between the fixed edges"):
+        minimal_box.pack(
+            [make_body("plate", plate.vertices, plate.faces)], FreeBox((0.05, 0.05, None)), QUICK, effort=0
+        )
+
+
+def test_cubes_leave_nothing_between_them():
+    """Seven trominoes and three cubes: 24 cells, which fill 2 x 3 x 4 or do so nearly."""
+    bar = trimesh.creation.box((0.05, 0.05, 0.15))
+    corner = trimesh.util.concatenate(
+        [
+            trimesh.creation.box((0.05, 0.05, 0.05)).apply_translation((0.05 * x, 0.05 * y, 0))
+            for x, y in ((0, 0), (1, 0), (0, 1))
+        ]
+    )
+    cube = trimesh.creation.box((0.05, 0.05, 0.05))
+    pieces = [("bar", bar)] * 3 + [("corner", corner)] * 4 + [("cube", cube)] * 3
+    bodies = unique_names([make_body(name, mesh.vertices, mesh.faces) for name, mesh in pieces])
+    packed = minimal_box.pack(bodies, parse("auto"), QUICK, effort=2)
+    edges = holds_all(packed, bodies)
+    assert packed.density > 0.8, edges

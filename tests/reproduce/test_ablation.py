@@ -1,0 +1,64 @@
+"""Facts of an arrangement against shapes whose gaps, overlaps and shadows are known."""
+
+import numpy as np
+import pytest
+import torch
+import trimesh
+
+from rasp_core.geometry.containers import box
+from rasp_core.geometry.meshes import make_body
+from rasp_core.optimizer import arrange
+from rasp_core.problem import Problem, Settings, Start
+from rasp_core.reproduce import ablation
+from rasp_core.util.errors import InputError
+
+SIZE = {"iterations": 20, "resolution": 64, "query_points": 4000}
+
+
+def cubes(*centres, edge=0.1):
+    mesh = trimesh.creation.box([edge] * 3)
+    return [make_body(f"cube{i}", mesh.vertices + centre, mesh.faces) for i, centre in enumerate(centres)]
+
+
+def still(count):
+    return np.repeat(np.eye(4)[None], count, 0)
+
+
+def test_mean_gap_of_two_cubes():
+    bodies = cubes((0, 0, 0), (0.15, 0, 0))
+    points = np.random.default_rng(0).uniform(-0.05, 0.05, (200_000, 3))
+    axis, side = np.arange(200_000) % 3, np.where(np.arange(200_000) % 2, 0.05, -0.05)
+    points[np.arange(200_000), axis] = side
+    expected = np.linalg.norm(np.maximum(abs(points - [0.15, 0, 0]) - 0.05, 0), axis=1).mean()
+    assert ablation.mean_gap(bodies, still(2), samples=4000) == pytest.approx(expected, rel=0.03)
+
+
+def test_points_inside_another_count_nothing():
+    bodies = [*cubes((0, 0, 0), edge=0.1), *cubes((0, 0, 0), edge=0.3)]
+    whole = ablation.mean_gap(bodies, still(2))
+    assert whole == pytest.approx(ablation.mean_gap(bodies[::-1], still(2)))
+    assert 0 < whole < 0.1  # the inner one adds 0, the outer one its distances to the inner, halved
+    assert ablation.mean_gap(bodies[:1], still(1)) == np.inf
+
+
+def test_judge_of_cubes_that_overlap_and_stick_out():
+    bodies = cubes((0, 0, 0), (0.05, 0, 0), (0.2, 0, 0))
+    start = Start(torch.eye(3).repeat(3, 1, 1), torch.tensor(np.array([body.centre for body in bodies])))
+    settings = Settings(**{**SIZE, "iterations": 1}, learning_rate=1e-12, final_learning_rate=1e-12)
+    facts = ablation.judge(arrange(Problem(bodies, box((0.4, 0.4, 0.4))), settings, start))
+    assert facts["overlap"] == pytest.approx(0.5 / 3, abs=1e-4)
+    assert facts["extrusion"] == pytest.approx(0.5 / 3, abs=1e-4)
+    assert facts["stuck_out"] == pytest.approx(1 / 3)
+
+
+def test_study_is_an_arrangement_judged(pool):
+    facts = ablation.study(pool, "box:0.2,0.2,0.2", 2, start="grid", seed=1, **SIZE)
+    assert set(facts) == {"overlap", "extrusion", "stuck_out", "silhouette", "gap"}
+    assert all(isinstance(value, float) for value in facts.values())
+    assert facts == ablation.study(pool, "box:0.2,0.2,0.2", 2, start="grid", seed=1, **SIZE)
+
+
+@pytest.mark.parametrize("count", [0, 4])
+def test_a_count_that_does_not_fit_the_pool(pool, count):
+    with pytest.raises(InputError, match="1 to 3"):
+        ablation.study(pool, "box:0.2,0.2,0.2", count, **SIZE)
