@@ -11,7 +11,8 @@ from torch import Tensor
 from .geometry.containers import Container
 from .geometry.sdf import NEAR, GridStack
 from .kernels import dispatch, wrenches
-from .losses import runs, to_world
+from .poses import to_world
+from .query_points import runs
 
 CHUNKS = 8  # that the compiled loops do one by one, so that the sums do not depend on the number of threads
 

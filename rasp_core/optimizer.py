@@ -11,19 +11,19 @@ import torch
 from torch import Tensor
 from tqdm.auto import tqdm
 
-from . import contact, losses, poses
+from . import poses
 from .geometry.cameras import Camera
-from .geometry.meshes import Body
 from .io import checkpoint as checkpoints
 from .kernels import dispatch
-from .problem import Problem, Settings, Start
+from .objective import LOSS_NAMES, find_neighbours, objective
+from .poses import Poses
+from .problem import Problem, Settings
+from .query_points import query_lattice
 from .scene import Scene
 from .silhouettes import render
 from .util.errors import InputError
 
-NEIGHBOUR_REACH = 0.06  # of a mean body's radius: how far the contact term looks around
 NEIGHBOUR_LIFE = 10  # iterations for which its neighbours are kept
-LOSS_NAMES = ("total", "silhouette", "overlap", "extrusion", "contact")
 
 
 @dataclass(frozen=True)
@@ -49,12 +49,12 @@ class Arrangement:
     @property
     def matrices(self) -> np.ndarray:
         """`(N, 4, 4)` float64: from each file's coordinates to the world."""
-        return file_to_world(self.problem.bodies, self.rotation, self.translation)
+        return poses.file_to_world(self.problem.bodies, self.rotation, self.translation)
 
     @property
-    def start(self) -> Start:
-        """These poses as the start of a next run."""
-        return Start(self.rotation, self.translation)
+    def poses(self) -> Poses:
+        """Of the bodies' centres, to go on from."""
+        return Poses(self.rotation, self.translation)
 
 
 @dataclass(frozen=True)
@@ -68,18 +68,10 @@ class Step:
     images: Tensor | None
 
 
-def file_to_world(bodies: Sequence[Body], rotation: Tensor, translation: Tensor) -> np.ndarray:
-    """Poses of the bodies' centres -> `(N, 4, 4)` matrices that place the vertices of their files."""
-    matrices = poses.to_matrix(rotation.double().cpu(), translation.double().cpu()).numpy()
-    centres = np.array([body.centre for body in bodies])
-    matrices[:, :3, 3] -= np.einsum("nij,nj->ni", matrices[:, :3, :3], centres)
-    return matrices
-
-
-def arrange(
+def optimize(
     problem: Problem,
     settings: Settings | None = None,
-    start: Start | Sequence[Start] | None = None,
+    start: Poses | Sequence[Poses] | None = None,
     device: str | torch.device = "cpu",
     dtype: torch.dtype = torch.float32,
     scene: Scene | None = None,
@@ -104,12 +96,12 @@ def arrange(
     """
     settings = settings or Settings()
     scene = scene or problem.scene(device, dtype)
-    start = start or Start.random(problem.bodies, problem.container, settings.seed)
-    several = not isinstance(start, Start)
+    start = start or Poses.random(problem.bodies, problem.container, settings.seed)
+    several = not isinstance(start, Poses)
     if several:
-        start = Start(torch.stack([s.rotation for s in start]), torch.stack([s.translation for s in start]))
+        start = Poses(torch.stack([s.rotation for s in start]), torch.stack([s.translation for s in start]))
     targets = _targets(problem, scene, settings.resolution)
-    lattice = losses.query_lattice(scene.container, settings.query_points, scene.device, scene.dtype)
+    lattice = query_lattice(scene.container, settings.query_points, scene.device, scene.dtype)
     variables = _Variables(start, scene, settings)
     optimiser = torch.optim.Adam(variables.parameters, lr=settings.learning_rate)
     rows: list[Tensor] = []
@@ -129,7 +121,7 @@ def arrange(
                 rotation, translation = variables.poses()
                 if settings.contact_weight and iteration % NEIGHBOUR_LIFE == 0:
                     near = find_neighbours(scene, rotation, translation, settings)
-                values, images = evaluate(scene, rotation, translation, targets, points, settings, iteration, near)
+                values, images = objective(scene, rotation, translation, targets, points, settings, iteration, near)
                 optimiser.zero_grad(set_to_none=True)
                 values[..., 0].sum().backward()
                 variables.set_rate(optimiser, settings.rate(iteration))
@@ -168,59 +160,10 @@ def arrange(
     return arrangement(rotation, translation, images, history)
 
 
-def evaluate(scene: Scene, rotation, translation, targets, lattice, settings: Settings, iteration=0, near=None):
-    """Eq. 1 at given poses: losses `(5,)` in the order of LOSS_NAMES, and the images or None. Differentiable.
-
-    With poses of S starts, losses `(S, 5)` and images `(S, K, H, W)`.
-    near : `find_neighbours` of these poses or of nearby ones, found here where None.
-
-    Terms of weight 0 are not computed and count as 0.
-    """
-    zero = torch.zeros(translation.shape[:-2], device=scene.device, dtype=scene.dtype)
-    silhouette = overlap = extrusion = touch = zero
-    images = None
-    if settings.silhouette_weight:
-        images = render(scene.outlines, rotation, translation, scene.views, settings.resolution)
-        silhouette = losses.silhouette(images, targets, settings.softness(iteration))
-    if settings.overlap_weight:
-        overlap = losses.overlap(scene.stack, scene.half, rotation, translation, lattice, settings.overlap_term)
-    if settings.lambda_:
-        movers, corners = scene.movers, scene.moving_vertices
-        extrusion = losses.extrusion(
-            scene.container,
-            scene.outlines.vertices[:corners],
-            scene.outlines.vertex_body[:corners],
-            scene.radius[:movers],
-            rotation[..., :movers, :, :],
-            translation[..., :movers, :],
-            settings.epsilon,
-        )
-    if settings.contact_weight:
-        if near is None:
-            near = find_neighbours(scene, rotation, translation, settings)
-        margin = torch.full_like(scene.radius, settings.contact_margin)
-        touch = contact.contact(scene.stack, scene.samples, near, scene.container, rotation, translation, margin)
-        touch = touch / lattice.spacing**3
-    total = (
-        settings.silhouette_weight * silhouette
-        + settings.overlap_weight * overlap
-        + settings.lambda_ * extrusion
-        + settings.contact_weight * touch
-    )
-    return torch.stack([total, silhouette, overlap, extrusion, touch], -1), images
-
-
-def find_neighbours(scene: Scene, rotation: Tensor, translation: Tensor, settings: Settings) -> contact.Neighbours:
-    """The samples that the contact term looks at, for some iterations about these poses."""
-    reach = NEIGHBOUR_REACH * scene.radius.mean().item() + 2 * settings.contact_margin
-    place = scene.half, rotation, translation, scene.container
-    return contact.neighbours(scene.stack, scene.samples, *place, reach, scene.movers)
-
-
 class _Variables:
     """The learned turns and shifts of the bodies that may move, and the poses that they make of the start."""
 
-    def __init__(self, start: Start, scene: Scene, settings: Settings):
+    def __init__(self, start: Poses, scene: Scene, settings: Settings):
         count = len(scene.bodies)
         self.rotation = start.rotation.to(scene.device, scene.dtype)
         self.translation = start.translation.to(scene.device, scene.dtype)

@@ -1,4 +1,6 @@
-"""Rigid poses: three angles -> quaternion -> rotation, as in the paper; quaternions directly as the alternative.
+"""Rigid poses: of many bodies at once (`Poses`), and how they are parametrised.
+
+Three angles -> quaternion -> rotation, as in the paper; quaternions directly as the alternative.
 
 A pose maps body to world, column vectors: `x_world = R @ x_body + t`. Quaternions are `(..., 4)`, scalar first.
 """
@@ -6,9 +8,54 @@ A pose maps body to world, column vectors: `x_world = R @ x_body + t`. Quaternio
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 
+import numpy as np
 import torch
 from torch import Tensor
+
+from .geometry.containers import Container
+from .geometry.meshes import Body
+
+
+@dataclass(frozen=True)
+class Poses:
+    """Poses to start from: rotation `(N, 3, 3)`, translation `(N, 3)` of the bodies' centres, world."""
+
+    rotation: Tensor
+    translation: Tensor
+
+    @classmethod
+    def random(cls, bodies: Sequence[Body], container: Container, seed: int) -> Poses:
+        """Uniform rotations, centres uniform inside the container, as the paper starts."""
+        generator = torch.Generator().manual_seed(seed)
+        rotation = quaternion_to_rotation(random_quaternions(len(bodies), generator))
+        return cls(rotation, container.random_points(len(bodies), generator))
+
+    def take(self, indices: Sequence[int]) -> Poses:
+        """The poses of some of the bodies."""
+        index = torch.as_tensor(list(indices), dtype=torch.int64)
+        return Poses(self.rotation[index], self.translation[index])
+
+
+def join(first: Poses, second: Poses) -> Poses:
+    """The poses of both, in order."""
+    pairs = (first.rotation, second.rotation), (first.translation, second.translation)
+    return Poses(*(torch.cat([a, b.to(a.dtype)]) for a, b in pairs))
+
+
+def to_world(rotation: Tensor, translation: Tensor, body: Tensor, points: Tensor) -> Tensor:
+    """Points `(M, 3)` in the frames of `body` `(M,)` -> world."""
+    return (rotation[body] @ points[:, :, None])[:, :, 0] + translation[body]
+
+
+def file_to_world(bodies: Sequence[Body], rotation: Tensor, translation: Tensor) -> np.ndarray:
+    """Poses of the bodies' centres -> `(N, 4, 4)` matrices that place the vertices of their files."""
+    matrices = to_matrix(rotation.double().cpu(), translation.double().cpu()).numpy()
+    centres = np.array([body.centre for body in bodies])
+    matrices[:, :3, 3] -= np.einsum("nij,nj->ni", matrices[:, :3, :3], centres)
+    return matrices
 
 
 def angles_to_quaternion(angles_rad: Tensor) -> Tensor:

@@ -1,4 +1,4 @@
-"""What the loop is given: a problem, settings, and poses to start from."""
+"""What the loop is given: a problem, and settings."""
 
 from __future__ import annotations
 
@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
-from torch import Tensor
 
-from . import losses, poses
+from . import losses, query_points
 from .geometry.cameras import Camera
 from .geometry.containers import Container
 from .geometry.meshes import Body
@@ -47,7 +46,7 @@ class Settings:
     contact_weight: float = 0.0
     contact_margin: float = 0.0
     overlap_term: str = "shared"
-    query_points: int = losses.QUERY_POINTS
+    query_points: int = query_points.QUERY_POINTS
     jitter: bool = True
     resolution: int = 256
     softness_px: float = 8.0
@@ -97,26 +96,6 @@ class Problem:
         """The problem's tensors on a device."""
         cameras = self.cameras or self.container.views()
         return Scene(self.bodies, self.container, cameras, device, dtype, self.obstacles)
-
-
-@dataclass(frozen=True)
-class Start:
-    """Poses to start from: rotation `(N, 3, 3)`, translation `(N, 3)` of the bodies' centres, world."""
-
-    rotation: Tensor
-    translation: Tensor
-
-    @classmethod
-    def random(cls, bodies: Sequence[Body], container: Container, seed: int) -> Start:
-        """Uniform rotations, centres uniform inside the container, as the paper starts."""
-        generator = torch.Generator().manual_seed(seed)
-        rotation = poses.quaternion_to_rotation(poses.random_quaternions(len(bodies), generator))
-        return cls(rotation, container.random_points(len(bodies), generator))
-
-    def take(self, indices: Sequence[int]) -> Start:
-        """The poses of some of the bodies."""
-        index = torch.as_tensor(list(indices), dtype=torch.int64)
-        return Start(self.rotation[index], self.translation[index])
 
 
 def _fall(first: float, last: float, share: float) -> float:

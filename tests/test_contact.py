@@ -6,7 +6,7 @@ from oracles import numeric_force, total_force
 
 from rasp_core import contact, poses
 from rasp_core.geometry import containers
-from rasp_core.optimizer import find_neighbours
+from rasp_core.objective import find_neighbours
 from rasp_core.problem import Settings
 from rasp_core.scene import Scene
 

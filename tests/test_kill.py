@@ -10,7 +10,7 @@ from data_fetch import kitchen_like
 from rasp_core.api import run_folder
 from rasp_core.exact.certificate import certify
 from rasp_core.geometry.containers import box
-from rasp_core.optimizer import arrange
+from rasp_core.optimizer import optimize
 from rasp_core.problem import Problem, Settings
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -23,7 +23,7 @@ def test_a_killed_run_leaves_nothing_that_disturbs_the_next():
 
 def test_a_record_never_lies_beside_another_runs_files(tmp_path, monkeypatch):
     """Killed between two files, a folder has no record, and the next run clears what is left."""
-    run = arrange(Problem(kitchen_like(2), box((0.3, 0.3, 0.3))), Settings(iterations=2, resolution=32))
+    run = optimize(Problem(kitchen_like(2), box((0.3, 0.3, 0.3))), Settings(iterations=2, resolution=32))
     certificate = certify(run.problem.bodies, run.matrices, run.problem.container)
     run_folder.save_run(tmp_path, run, certificate, {})
     replace, moved = run_folder.os.replace, []

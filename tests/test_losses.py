@@ -6,9 +6,8 @@ import torch
 from oracles import numeric_force, total_force
 
 from data_fetch import torus
-from rasp_core import losses, poses, silhouettes
+from rasp_core import losses, poses, query_points, silhouettes
 from rasp_core.geometry import containers
-from rasp_core.kernels import dispatch
 from rasp_core.scene import Scene
 from rasp_core.util.errors import InputError
 
@@ -49,7 +48,7 @@ def naive_overlap(scene, rotation, translation, lattice, at_least):
 def test_overlap_is_the_naive_sum(crowd, term, at_least, container):
     scene, turns, translation = crowd
     rotation = poses.angles_to_rotation(turns)
-    lattice = losses.query_lattice(container, 5000, dtype=torch.float64)
+    lattice = query_points.query_lattice(container, 5000, dtype=torch.float64)
     found = losses.overlap(scene.stack, scene.half, rotation, translation, lattice, term)
     assert found > 0
     assert found.item() == pytest.approx(naive_overlap(scene, rotation, translation, lattice, at_least).item())
@@ -59,7 +58,7 @@ def test_overlap_is_the_naive_sum(crowd, term, at_least, container):
 def test_overlaps_gradient_is_that_of_central_differences(crowd, term):
     """A point that enters a body enters at depth 0: the default jumps only where a second body is deeper there."""
     scene, turns, translation = crowd
-    lattice = losses.query_lattice(BOX, 3000, dtype=torch.float64)
+    lattice = query_points.query_lattice(BOX, 3000, dtype=torch.float64)
 
     def loss(rotation, place):
         return losses.overlap(scene.stack, scene.half, rotation, place, lattice, term)
@@ -103,7 +102,7 @@ def pushes(term, balls, apart):
     """Minus the gradient on each of two balls whose centres are `apart` metres from each other along x."""
     room = containers.box((8, 6, 6))
     scene = Scene(balls, room, room.views())
-    lattice = losses.query_lattice(room, 60_000)
+    lattice = query_points.query_lattice(room, 60_000)
     generator = torch.Generator().manual_seed(0)
     forces = []
     for _ in range(30):
@@ -137,39 +136,14 @@ def test_as_printed_is_noise_inside_the_container(two_balls):
     assert (leaving[:, 0, 0] < 0).all()
 
 
-def test_lattices_hold_about_the_points_asked_for_and_only_those_inside():
-    assert losses.query_lattice(BOX, 80_000).count == pytest.approx(80_000, rel=0.03)
-    ring = containers.Container(torus(0.12, 0.05))
-    lattice = losses.query_lattice(ring, 20_000)
-    assert lattice.count == pytest.approx(20_000, rel=0.03)
-    around = np.linalg.norm(lattice.points()[lattice.inside].numpy()[:, :2], axis=1)
-    assert around.min() > 0.06
-
-
-def test_unknown_terms_and_empty_lattices_are_refused(crowd):
+def test_unknown_terms_are_refused(crowd):
     scene, turns, translation = crowd
     with pytest.raises(InputError, match="unknown"):
         losses.overlap(
-            scene.stack, scene.half, poses.angles_to_rotation(turns), translation, losses.query_lattice(BOX), "both"
+            scene.stack,
+            scene.half,
+            poses.angles_to_rotation(turns),
+            translation,
+            query_points.query_lattice(BOX),
+            "both",
         )
-    with pytest.raises(InputError, match="query point"):
-        losses.query_lattice(BOX, 0)
-
-
-@pytest.mark.parametrize("name", dispatch.ENGINES)
-def test_occupancy_counts_the_bodies_at_each_point(crowd, name):
-    scene, turns, translation = crowd
-    rotation, lattice = poses.angles_to_rotation(turns), losses.query_lattice(BOX, 4000, dtype=torch.float64)
-    points, naive = lattice.points(), torch.zeros(lattice.shape, dtype=torch.int64)
-    for i in range(12):
-        value, _ = scene.stack.sample(torch.full((len(points),), i), (points - translation[i]) @ rotation[i])
-        within = ((points - translation[i]) @ rotation[i]).abs() <= scene.half[i]
-        naive += ((value < 0) & within.all(1)).view(lattice.shape)
-    with dispatch.use(name):
-        found = losses.occupancy(scene.stack, scene.half, rotation, translation, lattice)
-        some = losses.occupancy(
-            scene.stack.take([3, 5]), scene.half[[3, 5]], rotation[[3, 5]], translation[[3, 5]], lattice
-        )
-    assert torch.equal(found.long(), naive)
-    assert 0 < some.sum() < found.sum()
-    assert (some <= found).all()

@@ -10,8 +10,10 @@ from data_fetch import kitchen_like
 from rasp_core.exact.certificate import certify
 from rasp_core.geometry import containers
 from rasp_core.kernels import dispatch
-from rasp_core.optimizer import LOSS_NAMES, arrange
-from rasp_core.problem import Problem, Settings, Start
+from rasp_core.objective import LOSS_NAMES
+from rasp_core.optimizer import optimize
+from rasp_core.poses import Poses
+from rasp_core.problem import Problem, Settings
 from rasp_core.util.errors import InputError
 
 BOX = containers.box((0.3, 0.3, 0.3))
@@ -25,10 +27,10 @@ def problem():
 
 def test_overlapping_bodies_are_separated_inside_the_box(problem):
     settings = replace(QUICK, iterations=150, lambda_=1.0, contact_weight=1.0, contact_margin=1e-4, query_points=20_000)
-    start = Start.random(problem.bodies, BOX, 0)
-    start = Start(start.rotation, 0.3 * start.translation)
-    before = arrange(problem, replace(settings, iterations=1, learning_rate=1e-9, final_learning_rate=1e-9), start)
-    after = arrange(problem, settings, start)
+    start = Poses.random(problem.bodies, BOX, 0)
+    start = Poses(start.rotation, 0.3 * start.translation)
+    before = optimize(problem, replace(settings, iterations=1, learning_rate=1e-9, final_learning_rate=1e-9), start)
+    after = optimize(problem, settings, start)
     assert not certify(problem.bodies, before.matrices, BOX).holds
     assert certify(problem.bodies, after.matrices, BOX).holds
 
@@ -36,9 +38,9 @@ def test_overlapping_bodies_are_separated_inside_the_box(problem):
 @pytest.mark.parametrize("several", [False, True])
 def test_obstacles_stay_and_the_others_are_pressed_off_them(two_balls, several):
     room = containers.box((20, 20, 20))
-    start = Start(torch.eye(3).repeat(2, 1, 1), torch.tensor([[0.0, 0, 0], [1.0, 0.2, 0.1]]))
+    start = Poses(torch.eye(3).repeat(2, 1, 1), torch.tensor([[0.0, 0, 0], [1.0, 0.2, 0.1]]))
     settings = replace(QUICK, iterations=100, silhouette_weight=0, overlap_weight=0, lambda_=1, contact_weight=1)
-    run = arrange(Problem(two_balls, room, obstacles=1), settings, [start, start] if several else start)
+    run = optimize(Problem(two_balls, room, obstacles=1), settings, [start, start] if several else start)
     for found in run if several else [run]:
         assert torch.equal(found.translation[1], start.translation[1].double())
         assert torch.equal(found.rotation[1], start.rotation[1].double())
@@ -48,33 +50,33 @@ def test_obstacles_stay_and_the_others_are_pressed_off_them(two_balls, several):
 def test_silhouettes_alone_bring_a_body_onto_its_target(two_balls):
     room = containers.box((6, 6, 6))
     settings = Settings(iterations=150, resolution=64, overlap_weight=0, lambda_=0, learning_rate=2e-2)
-    still = Start(torch.eye(3)[None], torch.zeros(1, 3))
-    aim = arrange(Problem(two_balls[:1], room), replace(settings, iterations=1, learning_rate=1e-9), still)
-    off = Start(torch.eye(3)[None], torch.tensor([[0.9, -0.7, 0.8]]))
-    found = arrange(Problem(two_balls[:1], room, targets=aim.images), settings, off)
+    still = Poses(torch.eye(3)[None], torch.zeros(1, 3))
+    aim = optimize(Problem(two_balls[:1], room), replace(settings, iterations=1, learning_rate=1e-9), still)
+    off = Poses(torch.eye(3)[None], torch.tensor([[0.9, -0.7, 0.8]]))
+    found = optimize(Problem(two_balls[:1], room, targets=aim.images), settings, off)
     assert found.translation.norm() < 0.05
 
 
 @pytest.mark.parametrize("rotation", ["angles", "quaternion"])
 def test_equal_runs_are_equal_bit_for_bit_and_seeds_differ(problem, rotation):
     settings = replace(QUICK, rotation=rotation)
-    first, second = arrange(problem, settings), arrange(problem, settings)
+    first, second = optimize(problem, settings), optimize(problem, settings)
     assert torch.equal(first.rotation, second.rotation)
     assert torch.equal(first.translation, second.translation)
     assert np.array_equal(first.history, second.history)
-    assert not torch.equal(first.translation, arrange(problem, replace(settings, seed=1)).translation)
+    assert not torch.equal(first.translation, optimize(problem, replace(settings, seed=1)).translation)
 
 
 def test_both_parametrisations_stay_rigid(problem):
     for rotation in ("angles", "quaternion"):
-        turns = arrange(problem, replace(QUICK, rotation=rotation)).rotation
+        turns = optimize(problem, replace(QUICK, rotation=rotation)).rotation
         assert (turns @ turns.transpose(1, 2) - torch.eye(3)).abs().max() < 1e-5
         assert (torch.linalg.det(turns) > 0).all()
 
 
 def test_the_callback_sees_every_iteration_and_can_stop(problem):
     seen = []
-    stopped = arrange(problem, QUICK, callback=lambda step: seen.append(step) or step.iteration == 4)
+    stopped = optimize(problem, QUICK, callback=lambda step: seen.append(step) or step.iteration == 4)
     assert [step.iteration for step in seen] == [0, 1, 2, 3, 4]
     assert stopped.interrupted
     assert stopped.history.shape == (5, len(LOSS_NAMES))
@@ -86,18 +88,18 @@ def test_ctrl_c_returns_what_there_is(problem):
         if step.iteration == 3:
             raise KeyboardInterrupt
 
-    stopped = arrange(problem, QUICK, callback=interrupt)
+    stopped = optimize(problem, QUICK, callback=interrupt)
     assert stopped.interrupted
     assert len(stopped.history) == 4
-    assert torch.equal(stopped.translation, arrange(problem, QUICK, callback=lambda s: s.iteration == 3).translation)
+    assert torch.equal(stopped.translation, optimize(problem, QUICK, callback=lambda s: s.iteration == 3).translation)
 
 
 def test_a_resumed_run_ends_as_an_undisturbed_one(problem, tmp_path):
     settings = replace(QUICK, contact_weight=1.0, contact_margin=1e-4)
-    whole = arrange(problem, settings)
+    whole = optimize(problem, settings)
     path = tmp_path / "state.pt"
-    arrange(problem, settings, checkpoint=path, callback=lambda step: step.iteration == 9)
-    resumed = arrange(problem, settings, checkpoint=path)
+    optimize(problem, settings, checkpoint=path, callback=lambda step: step.iteration == 9)
+    resumed = optimize(problem, settings, checkpoint=path)
     assert torch.equal(whole.rotation, resumed.rotation)
     assert torch.equal(whole.translation, resumed.translation)
     assert np.array_equal(whole.history, resumed.history)
@@ -105,13 +107,13 @@ def test_a_resumed_run_ends_as_an_undisturbed_one(problem, tmp_path):
 
 
 def test_progress_names_the_losses(problem, capsys):
-    arrange(problem, QUICK, progress=True)
+    optimize(problem, QUICK, progress=True)
     printed = capsys.readouterr().err
     assert all(name in printed for name in ("arrange", "overlap=", "silhouette="))
 
 
 def test_matrices_place_the_files_own_vertices(problem):
-    found = arrange(problem, QUICK)
+    found = optimize(problem, QUICK)
     for body, matrix, turn, place in zip(
         problem.bodies, found.matrices, found.rotation, found.translation, strict=True
     ):
@@ -121,9 +123,9 @@ def test_matrices_place_the_files_own_vertices(problem):
 
 def test_starts_and_targets_that_do_not_fit_are_refused(problem):
     with pytest.raises(InputError, match="2 poses for 6 objects"):
-        arrange(problem, QUICK, Start(torch.eye(3).repeat(2, 1, 1), torch.zeros(2, 3)))
+        optimize(problem, QUICK, Poses(torch.eye(3).repeat(2, 1, 1), torch.zeros(2, 3)))
     with pytest.raises(InputError, match="64 x 64"):
-        arrange(replace(problem, targets=np.zeros((3, 32, 32))), QUICK)
+        optimize(replace(problem, targets=np.zeros((3, 32, 32))), QUICK)
 
 
 @pytest.mark.parametrize("name", dispatch.ENGINES)
@@ -131,10 +133,10 @@ def test_many_starts_at_once_are_each_as_alone(name):
     """All terms, contact included; 5 objects, 3 starts."""
     problem = Problem(kitchen_like(5), BOX)
     settings = replace(QUICK, iterations=12, contact_weight=1.0, lambda_=3.0)
-    starts = [Start.random(problem.bodies, problem.container, seed) for seed in range(3)]
+    starts = [Poses.random(problem.bodies, problem.container, seed) for seed in range(3)]
     with dispatch.use(name):
-        together = arrange(problem, settings, starts)
-        alone = [arrange(problem, settings, start) for start in starts]
+        together = optimize(problem, settings, starts)
+        alone = [optimize(problem, settings, start) for start in starts]
     for one, other in zip(together, alone, strict=True):
         assert (one.translation - other.translation).abs().max() < 1e-5
         assert (one.rotation - other.rotation).abs().max() < 1e-4
@@ -146,17 +148,17 @@ def test_many_starts_at_once_are_each_as_alone(name):
 def test_many_starts_go_on_from_a_checkpoint(tmp_path):
     problem, path = Problem(kitchen_like(2), BOX), tmp_path / "state.pt"
     settings = replace(QUICK, iterations=8)
-    starts = [Start.random(problem.bodies, problem.container, seed) for seed in range(2)]
-    whole = arrange(problem, settings, starts)
-    arrange(problem, settings, starts, checkpoint=path, callback=lambda step: step.iteration == 4)
-    resumed = arrange(problem, settings, starts, checkpoint=path)
+    starts = [Poses.random(problem.bodies, problem.container, seed) for seed in range(2)]
+    whole = optimize(problem, settings, starts)
+    optimize(problem, settings, starts, checkpoint=path, callback=lambda step: step.iteration == 4)
+    resumed = optimize(problem, settings, starts, checkpoint=path)
     assert all(torch.equal(a.translation, b.translation) for a, b in zip(whole, resumed, strict=True))
     assert resumed[1].history.shape == (8, 5)
 
 
 def test_settings_from_the_callback_take_over(problem):
     settings = replace(QUICK, iterations=4, lambda_=1.0)
-    run = arrange(problem, settings, callback=lambda step: replace(settings, lambda_=0.0, resolution=7))
+    run = optimize(problem, settings, callback=lambda step: replace(settings, lambda_=0.0, resolution=7))
     assert list(run.history[:, LOSS_NAMES.index("extrusion")] != 0) == [True, False, False, False]
     assert run.images.shape[-1] == settings.resolution
     assert not run.interrupted

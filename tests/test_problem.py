@@ -6,7 +6,8 @@ import torch
 from data_fetch import kitchen_like
 from rasp_core import poses
 from rasp_core.geometry import containers
-from rasp_core.problem import Settings, Start
+from rasp_core.poses import Poses
+from rasp_core.problem import Settings
 from rasp_core.util.errors import InputError
 
 BOX = containers.box((0.3, 0.3, 0.3))
@@ -37,7 +38,7 @@ def test_impossible_settings_are_refused(bad):
 
 
 def test_random_starts_lie_inside_and_turn_anywhere():
-    start = Start.random(kitchen_like(50), BOX, 3)
+    start = Poses.random(kitchen_like(50), BOX, 3)
     assert (start.translation.abs() < 0.15).all()
     assert poses.degrees_between(start.rotation[:-1], start.rotation[1:]).std() > 20
     assert torch.equal(start.take([4, 2]).translation, start.translation[[4, 2]])

@@ -23,7 +23,8 @@ from PIL import Image
 
 from ..art.texturing import Painted
 from ..exact.certificate import Certificate
-from ..optimizer import LOSS_NAMES, Arrangement
+from ..objective import LOSS_NAMES
+from ..optimizer import Arrangement
 from ..util.errors import InputError
 from ..visualize import scene3d
 from ..visualize.gltf import write_scene

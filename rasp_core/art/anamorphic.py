@@ -21,9 +21,11 @@ from ..geometry.cameras import Camera
 from ..geometry.containers import box
 from ..geometry.meshes import Body, unique_names
 from ..geometry.silhouette_edges import Views
-from ..optimizer import LOSS_NAMES, Arrangement, arrange, file_to_world
+from ..objective import LOSS_NAMES
+from ..optimizer import Arrangement, optimize
 from ..packing.result import progress_bar
 from ..packing.separation import STRICT
+from ..poses import file_to_world
 from ..problem import Problem, Settings
 from ..silhouettes import likeness, render, render_at_rest
 from ..util.errors import InputError
@@ -233,11 +235,11 @@ def _draw_in(covering: Covering, seed: int, device) -> np.ndarray:
     problem = Problem(bodies, room, covering.cameras, covering.wanted.astype(np.float32))
     settings = replace(DRAWING, resolution=covering.size, contact_margin=MARGIN * covering.width, seed=seed)
     scene = problem.scene(device)
-    run = arrange(problem, settings, before, device, scene=scene)
-    mended = mend(bodies, run.start, room, STRICT * TOLERANCE, LARGEST_FAULT)
+    run = optimize(problem, settings, before, device, scene=scene)
+    mended = mend(bodies, run.poses, room, STRICT * TOLERANCE, LARGEST_FAULT)
     if mended is None:
         parting = replace(settings, silhouette_weight=0.0, iterations=60, learning_rate=settings.learning_rate / 10)
-        parted = arrange(problem, parting, run.start, device, scene=scene).start
+        parted = optimize(problem, parting, run.poses, device, scene=scene).poses
         mended = mend(bodies, parted, room, STRICT * TOLERANCE, LARGEST_FAULT)
     if mended is not None:
         covering.take(chosen, mended)

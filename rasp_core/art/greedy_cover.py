@@ -17,7 +17,7 @@ from ..geometry.cameras import PERSPECTIVE_DISTANCE, Camera
 from ..geometry.meshes import Body
 from ..geometry.sdf import GridStack
 from ..geometry.silhouette_edges import Outlines, Views
-from ..problem import Start
+from ..poses import Poses
 from ..scene import surface_samples
 from ..silhouettes import likeness, mask
 from .run_length import Profiles
@@ -69,16 +69,16 @@ class Covering:
         return self.cameras[0].width
 
     @property
-    def start(self) -> Start:
+    def start(self) -> Poses:
         """The poses of what is placed."""
-        return Start(torch.from_numpy(self.rotation), torch.from_numpy(self.place))
+        return Poses(torch.from_numpy(self.rotation), torch.from_numpy(self.place))
 
     @property
     def likeness(self) -> np.ndarray:
         """`(K,)` intersection over union of what is dark with what should be."""
         return likeness(self.dark, self.wanted)
 
-    def take(self, chosen: Sequence[int], start: Start) -> None:
+    def take(self, chosen: Sequence[int], start: Poses) -> None:
         """Have these objects at these poses instead."""
         self.chosen = list(chosen)
         self.rotation, self.place = start.rotation.double().numpy(), start.translation.double().numpy()

@@ -16,8 +16,9 @@ from ..exact.visual_hull import visual_hull
 from ..geometry.cameras import Camera
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
-from ..optimizer import arrange, file_to_world
-from ..problem import Problem, Settings, Start
+from ..optimizer import optimize
+from ..poses import Poses, file_to_world
+from ..problem import Problem, Settings
 from ..scene import Scene
 from ..silhouettes import likeness, render
 from ..util.errors import InputError
@@ -53,7 +54,7 @@ class Assembly:
 
     bodies: Sequence[Body]
     whole: Container
-    start: Start
+    start: Poses
     scores: np.ndarray
     warnings: Sequence[str] = ()
     likeness: np.ndarray | None = None
@@ -94,8 +95,8 @@ def assemble_by_silhouettes(
     scene = problem.scene()
     ways = [_start(places) for places in candidates(bodies, hull, seed, progress)]
     ways.sort(key=lambda start: -_alike(scene, start, images).mean())
-    drawn = arrange(problem, replace(DRAWING, resolution=images.shape[-1], seed=seed), ways[:DRAWN], scene=scene)
-    best = min(drawn, key=lambda arrangement: arrangement.history[-1, 0]).start
+    drawn = optimize(problem, replace(DRAWING, resolution=images.shape[-1], seed=seed), ways[:DRAWN], scene=scene)
+    best = min(drawn, key=lambda arrangement: arrangement.history[-1, 0]).poses
     placed = [Place(*pose, 0.0) for pose in zip(best.rotation.numpy(), best.translation.numpy(), strict=True)]
     placed = draw_together(bodies, hull, placed)
     warnings, alikes = [], _alike(scene, _start(placed), images)
@@ -109,7 +110,7 @@ def assemble_by_silhouettes(
     return Assembly(list(bodies), hull, _start(placed), scores, warnings, alikes)
 
 
-def _alike(scene: Scene, start: Start, images: np.ndarray) -> np.ndarray:
+def _alike(scene: Scene, start: Poses, images: np.ndarray) -> np.ndarray:
     """Intersection over union of each view's silhouette with the given one."""
     place = start.rotation.float(), start.translation.float()
     drawn = render(scene.outlines, *place, scene.views, images.shape[-1]).numpy() > 0.5
@@ -125,6 +126,6 @@ def _share(bodies: Sequence[Body], whole: Container) -> float:
     return share
 
 
-def _start(found: Sequence[Place]) -> Start:
+def _start(found: Sequence[Place]) -> Poses:
     rotation, centre = np.stack([place.rotation for place in found]), np.stack([place.centre for place in found])
-    return Start(torch.from_numpy(rotation), torch.from_numpy(centre))
+    return Poses(torch.from_numpy(rotation), torch.from_numpy(centre))

@@ -16,9 +16,7 @@ import torch
 
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
-from ..optimizer import file_to_world
-from ..poses import angles_to_rotation
-from ..problem import Start
+from ..poses import Poses, angles_to_rotation, file_to_world
 from .certificate import TOLERANCE, pairs_of_boxes, placed_solid
 
 SWEEPS = 25
@@ -41,12 +39,12 @@ class _Fault:
 
 def mend(
     bodies: Sequence[Body],
-    start: Start,
+    start: Poses,
     container: Container,
     tolerance: float = TOLERANCE,
     largest: float = np.inf,
     movers: Sequence[int] | None = None,
-) -> Start | None:
+) -> Poses | None:
     """Move bodies that overlap or stick out a little, until none does by more than `tolerance` of its volume.
 
     Returns the poses for which exact booleans find that, or None where the faults do not get smaller. For faults of
@@ -59,10 +57,10 @@ def mend(
     movable = np.isin(np.arange(len(bodies)), np.arange(len(bodies)) if movers is None else movers)
     faults, worst_of = _Faults(bodies, container, movable), []
     for _ in range(SWEEPS):
-        found = faults.at(Start(rotation, translation))
+        found = faults.at(Poses(rotation, translation))
         worst_of.append(max((fault.share for fault in found), default=0.0))
         if worst_of[-1] <= tolerance:
-            return Start(rotation, translation)
+            return Poses(rotation, translation)
         if worst_of[0] > largest:
             return None
         if len(worst_of) > PATIENCE and worst_of[-1] > BETTER * worst_of[-1 - PATIENCE]:
@@ -93,7 +91,7 @@ class _Faults:
         self.solids: list[manifold3d.Manifold] = [None] * len(bodies)
         self.found: dict[tuple[int, ...], _Fault] = {}
 
-    def at(self, start: Start) -> list[_Fault]:
+    def at(self, start: Poses) -> list[_Fault]:
         """The faults where bodies lie as `start` says."""
         matrices = file_to_world(self.bodies, start.rotation, start.translation)
         moved = set(np.flatnonzero((matrices != self.matrices).any((1, 2))).tolist())

@@ -16,7 +16,8 @@ import torch
 
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
-from ..problem import Settings, Start
+from ..poses import Poses
+from ..problem import Settings
 from ..util.budget import Budget
 from ..util.errors import InputError
 from .result import Packing, check_sizes, finish, progress_bar
@@ -97,11 +98,11 @@ class Placement:
         return float(self.volumes[list(self.placed)].sum() / self.container.volume)
 
     @property
-    def start(self) -> Start:
+    def start(self) -> Poses:
         """The poses of what is placed, in the order of `placed`."""
         turns = np.array([turned.rotation for turned, _ in self.placed.values()]).reshape(-1, 3, 3)
         centres = np.array([self.room.centre(*place) for place in self.placed.values()]).reshape(-1, 3)
-        return Start(torch.from_numpy(turns), torch.from_numpy(centres))
+        return Poses(torch.from_numpy(turns), torch.from_numpy(centres))
 
     def shaken(self, shuffle: float = SHUFFLE) -> np.ndarray:
         """The largest first, but for some chance; by chance alone where `shuffle` is infinite."""

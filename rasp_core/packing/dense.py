@@ -16,13 +16,13 @@ import torch
 from ..exact.certificate import TOLERANCE, Certificate, certify
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
-from ..optimizer import file_to_world
-from ..problem import Settings, Start
+from ..poses import Poses, file_to_world, join
+from ..problem import Settings
 from ..scene import resolve_device
 from ..util.budget import Budget
 from .constructive import FEW_VOXELS, Placement
 from .result import Packing, check_sizes, finish, progress_bar
-from .separation import Press, join
+from .separation import Press
 
 EFFORT = 400  # tries, where no time is given
 REBUILD_SHARE = 0.2  # of the seconds
@@ -74,7 +74,7 @@ class _Search:
         self.random = np.random.default_rng(settings.seed)
         self.volumes = np.array([body.volume for body in pool]) / container.volume
         self.chosen: list[int] = []
-        self.start = Start(torch.zeros(0, 3, 3), torch.zeros(0, 3))
+        self.start = Poses(torch.zeros(0, 3, 3), torch.zeros(0, 3))
         self.press: Press | None = None
         self.rounds: list[dict] = []
         self.batch, self.yielding, self.interrupted = 1, YIELDING[1], False
@@ -130,7 +130,7 @@ class _Search:
                 self._keep(*settled)
             self.batch = min(2 * self.batch, BATCH) if len(self.chosen) > before else max(1, self.batch // 2)
 
-    def _propose(self) -> tuple[list[int], Start] | None:
+    def _propose(self) -> tuple[list[int], Poses] | None:
         """The most promising of some moves: what it gains, times the chance that what it shares with the others where
         it is put can be pressed out."""
         found, best = None, -np.inf
@@ -151,7 +151,7 @@ class _Search:
                 found = [*(self.chosen[i] for i in keep), index], join(self.start.take(keep), pose)
         return found
 
-    def _propose_many(self) -> tuple[list[int], Start] | None:
+    def _propose_many(self) -> tuple[list[int], Poses] | None:
         """Several objects more, while there are voids for them."""
         chosen, start = self.press.add(self.chosen, self.start, self.batch, self.press.shareable)
         return (chosen, start) if len(chosen) > len(self.chosen) else None
@@ -166,7 +166,7 @@ class _Search:
         rest = rest[(self.volumes[rest] > least * (1 + 1e-6)) & (self.volumes[rest] < least + 2 * self.volumes.mean())]
         return out, int(self.random.choice(rest)) if len(rest) else None
 
-    def _settle(self, chosen: list[int], start: Start) -> tuple[list[int], Start] | None:
+    def _settle(self, chosen: list[int], start: Poses) -> tuple[list[int], Poses] | None:
         """Press the objects apart until the certificate holds; None where it does not come to that."""
         fresh = max(1, len(chosen) - len(self.chosen))
         settled = self.press.press_in(chosen, start, self.settings.seed + self.budget.tries, fresh)
@@ -174,11 +174,11 @@ class _Search:
 
     # -- the record --------------------------------------------------------------------------------------------------
 
-    def _judge(self, chosen: list[int], start: Start) -> Certificate:
+    def _judge(self, chosen: list[int], start: Poses) -> Certificate:
         bodies = [self.pool[index] for index in chosen]
         return certify(bodies, file_to_world(bodies, start.rotation, start.translation), self.container, TOLERANCE)
 
-    def _keep(self, chosen: list[int], start: Start) -> None:
+    def _keep(self, chosen: list[int], start: Poses) -> None:
         self.chosen, self.start = chosen, start
         self.rounds.append({"tries": self.budget.tries, "objects": len(chosen), "density": self.density})
         self.bar.set_postfix_str(f"objects {len(chosen)}, density {self.density:.4f}")

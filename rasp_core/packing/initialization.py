@@ -8,8 +8,8 @@ import numpy as np
 
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
-from ..losses import query_lattice
-from ..problem import Start
+from ..poses import Poses
+from ..query_points import query_lattice
 from ..util.errors import InputError
 from .constructive import Placement
 
@@ -17,7 +17,7 @@ PLACED = {"gravity": "heightmap", "spectral": "spectral"}  # starts that a basel
 STARTS = ("random", "grid", *PLACED)
 
 
-def make(kind: str, bodies: Sequence[Body], container: Container, seed: int = 0) -> Start:
+def make(kind: str, bodies: Sequence[Body], container: Container, seed: int = 0) -> Poses:
     """Poses of all bodies. Raises InputError for an unknown kind.
 
     kind : "random", as `Start.random`; "grid", turned at random, their centres on a lattice in the container, as widely
@@ -26,7 +26,7 @@ def make(kind: str, bodies: Sequence[Body], container: Container, seed: int = 0)
     """
     if kind not in STARTS:
         raise InputError(f"start {kind!r} is unknown; use one of {', '.join(STARTS)}")
-    start = Start.random(bodies, container, seed)
+    start = Poses.random(bodies, container, seed)
     if kind == "random":
         return start
     if kind == "grid":
@@ -36,10 +36,10 @@ def make(kind: str, bodies: Sequence[Body], container: Container, seed: int = 0)
     index, placed = list(placement.placed), placement.start
     rotation, translation = start.rotation.double(), start.translation.double()
     rotation[index], translation[index] = placed.rotation.double(), placed.translation.double()
-    return Start(rotation, translation)
+    return Poses(rotation, translation)
 
 
-def _on_a_grid(start: Start, container: Container, seed: int) -> Start:
+def _on_a_grid(start: Poses, container: Container, seed: int) -> Poses:
     wanted = len(start.translation)
     spots, count = [], wanted
     while len(spots) < wanted:
@@ -47,4 +47,4 @@ def _on_a_grid(start: Start, container: Container, seed: int) -> Start:
         spots = lattice.points() if lattice.inside is None else lattice.points()[lattice.inside]
         count += 1
     chosen = np.random.default_rng(seed).permutation(len(spots))[:wanted]
-    return Start(start.rotation, spots[chosen].to(start.translation.dtype))
+    return Poses(start.rotation, spots[chosen].to(start.translation.dtype))

@@ -25,8 +25,8 @@ from ..exact.overlap_removal import mend
 from ..geometry.containers import Container, FreeBox, box
 from ..geometry.meshes import Body
 from ..geometry.sdf import GridStack
-from ..optimizer import file_to_world
-from ..problem import Settings, Start
+from ..poses import Poses, file_to_world
+from ..problem import Settings
 from ..scene import resolve_device
 from ..util.budget import Budget
 from ..util.errors import InputError
@@ -119,7 +119,7 @@ class _Search:
         self.random = np.random.default_rng(settings.seed)
         self.volumes = np.array([body.volume for body in bodies])
         self.container: Container | None = None
-        self.start: Start | None = None
+        self.start: Poses | None = None
         self.tight: _Tight | None = None
         self.interrupted = False
         self.rounds: list[dict] = []
@@ -259,7 +259,7 @@ class _Search:
                 if energy > free * pressed.unit:
                     break
             else:
-                start = Start(torch.from_numpy(rotation), torch.from_numpy(translation))
+                start = Poses(torch.from_numpy(rotation), torch.from_numpy(translation))
                 held, before = mend(self.bodies, start, box(edges), STRICT * TOLERANCE, NEARLY), self.least
                 if held is not None and self._keep(*self._drawn_in(held, edges)):
                     again = self._tighten(tight.rotation, tight.translation, tight.edges)
@@ -272,7 +272,7 @@ class _Search:
 
     # -- the record --------------------------------------------------------------------------------------------------
 
-    def _drawn_in(self, start: Start, most: np.ndarray | None = None) -> tuple[Container, Start]:
+    def _drawn_in(self, start: Poses, most: np.ndarray | None = None) -> tuple[Container, Poses]:
         """The box of the shape that just holds the objects as they lie, and their poses in it; that of the edges
         `most` where it is smaller, as objects may stick out of a box by the certificate's tolerance."""
         matrices = file_to_world(self.bodies, start.rotation, start.translation)
@@ -286,7 +286,7 @@ class _Search:
         if most is not None and np.prod(most) < np.prod(edges):
             return box(most), start
         middle = np.where(self.shape.free | fits, (low + high) / 2, 0.0)
-        return box(edges), Start(start.rotation, start.translation - torch.from_numpy(middle))
+        return box(edges), Poses(start.rotation, start.translation - torch.from_numpy(middle))
 
     @property
     def least(self) -> float:
@@ -298,7 +298,7 @@ class _Search:
         """Nothing is left to gain."""
         return self.least <= self.volumes.sum() * (1 + SLACK)
 
-    def _keep(self, container: Container, start: Start) -> bool:
+    def _keep(self, container: Container, start: Poses) -> bool:
         """Judge a packing; kept, and True, where it holds in a smaller box than the best."""
         if container.volume >= self.least:
             return False

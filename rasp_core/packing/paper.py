@@ -25,8 +25,9 @@ from ..density import mesh_density
 from ..exact.certificate import TOLERANCE, certify
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
-from ..optimizer import arrange
-from ..problem import Problem, Settings, Start
+from ..optimizer import optimize
+from ..poses import Poses
+from ..problem import Problem, Settings
 from ..util.budget import Budget
 from ..util.errors import InputError
 from .result import Packing, check_sizes, finish, progress_bar
@@ -86,7 +87,7 @@ class _Run:
         self.pool, self.container, self.chosen = pool, container, chosen
         self.settings, self.device = settings, device
         self.budget = Budget(time_limit)
-        self.start = Start.random(self.bodies, container, settings.seed)
+        self.start = Poses.random(self.bodies, container, settings.seed)
         self.rough: list[Body] = []  # the pool, simplified
         self.histories, self.rounds = [], []
         self.bar = progress_bar("pack", "it", progress)
@@ -174,8 +175,8 @@ class _Run:
 
     def _round(self, settings: Settings, rough: bool = False) -> None:
         problem = Problem(self.bodies, self.container)
-        self.arrangement = arrange(problem, settings, self.start, self.device, callback=self._after_step)
-        self.start = self.arrangement.start
+        self.arrangement = optimize(problem, settings, self.start, self.device, callback=self._after_step)
+        self.start = self.arrangement.poses
         self.histories.append(self.arrangement.history)
         self._judge(rough)
 

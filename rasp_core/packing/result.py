@@ -15,8 +15,10 @@ from ..exact.certificate import TOLERANCE, Certificate, certify
 from ..geometry.containers import Container
 from ..geometry.meshes import Body, unique_names
 from ..geometry.sdf import bake_cached
-from ..optimizer import LOSS_NAMES, Arrangement
-from ..problem import Problem, Settings, Start
+from ..objective import LOSS_NAMES
+from ..optimizer import Arrangement
+from ..poses import Poses
+from ..problem import Problem, Settings
 from ..silhouettes import render
 from ..util.errors import InputError
 
@@ -97,7 +99,7 @@ def check_sizes(bodies: Sequence[Body], container: Container) -> None:
 def finish(
     bodies: Sequence[Body],
     chosen: list[int],
-    start: Start,
+    start: Poses,
     container: Container,
     settings: Settings,
     device: str | torch.device = "cpu",

@@ -13,14 +13,15 @@ from dataclasses import replace
 import numpy as np
 import torch
 
-from .. import losses, poses
+from .. import poses, query_points
 from ..exact.certificate import TOLERANCE
 from ..exact.overlap_removal import mend
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
 from ..geometry.sdf import GridStack, bake_cached
-from ..optimizer import Step, arrange
-from ..problem import Problem, Settings, Start
+from ..optimizer import Step, optimize
+from ..poses import Poses, join
+from ..problem import Problem, Settings
 from ..scene import Scene
 from .voxel_correlation import Room, Turned
 
@@ -82,12 +83,12 @@ class Press:
         self.width = max(camera.width for camera in self.cameras)
         edge = float(np.ptp(container.bounds, axis=0).max())
         self.room = Room(container, edge / np.clip(edge / self.radius * VOID_CELLS, *VOIDS), margin=0.0)
-        self._looked: tuple[Start | None, np.ndarray | None] = None, None
+        self._looked: tuple[Poses | None, np.ndarray | None] = None, None
         self._scene: tuple[list[int], Scene] | None = None
 
     # -- voids -------------------------------------------------------------------------------------------------------
 
-    def look(self, chosen: list[int], start: Start, without: int | None = None) -> None:
+    def look(self, chosen: list[int], start: Poses, without: int | None = None) -> None:
         """Note where these objects lie, but for the one at place `without`, for `least_shared`."""
         if self._looked[0] is not start:
             self._looked = start, self._occupancy(chosen, start)
@@ -96,16 +97,16 @@ class Press:
             taken = taken - self._occupancy([chosen[without]], start.take([without]))
         self.room.clear(taken > 0)
 
-    def _occupancy(self, chosen: list[int], start: Start) -> np.ndarray:
+    def _occupancy(self, chosen: list[int], start: Poses) -> np.ndarray:
         """How many objects each of the room's voxels has its middle in."""
         if not chosen:
             return np.zeros(self.room.shape, np.int16)
         origin = torch.tensor(self.room.origin + self.room.voxel / 2, device=self.device).float()
-        lattice = losses.Lattice(origin, self.room.voxel, tuple(map(int, self.room.shape)), None)
+        lattice = query_points.Lattice(origin, self.room.voxel, tuple(map(int, self.room.shape)), None)
         place = (x.to(self.device).float() for x in (start.rotation, start.translation))
-        return losses.occupancy(self.stack.take(chosen), self.half[chosen], *place, lattice).cpu().numpy()
+        return query_points.occupancy(self.stack.take(chosen), self.half[chosen], *place, lattice).cpu().numpy()
 
-    def least_shared(self, candidates: Iterable[int], least: float) -> tuple[int, Start, float] | None:
+    def least_shared(self, candidates: Iterable[int], least: float) -> tuple[int, Poses, float] | None:
         """The object, its pose, and the volume in cubic metres that it shares with what `look` saw: the least of all;
         None where all share `least` or more."""
         found = None
@@ -117,9 +118,9 @@ class Press:
             return None
         index, turned, shift = found
         centre = self.room.centre(turned, shift)
-        return index, Start(torch.from_numpy(turned.rotation)[None], torch.from_numpy(centre)[None]), least
+        return index, Poses(torch.from_numpy(turned.rotation)[None], torch.from_numpy(centre)[None]), least
 
-    def add(self, chosen: list[int], start: Start, count: int, least: float) -> tuple[list[int], Start]:
+    def add(self, chosen: list[int], start: Poses, count: int, least: float) -> tuple[list[int], Poses]:
         """Up to `count` objects of the pool more: each the one of CANDIDATES that shares least with the others, and
         less than `least` cubic metres."""
         for _ in range(min(count, len(self.pool) - len(chosen))):
@@ -140,22 +141,22 @@ class Press:
 
     # -- pressing ----------------------------------------------------------------------------------------------------
 
-    def vicinity(self, chosen: list[int], start: Start, fresh: int) -> list[int]:
+    def vicinity(self, chosen: list[int], start: Poses, fresh: int) -> list[int]:
         """Which of the objects move when the last `fresh` of them are pressed in: the nearest about each."""
         centre, radius = start.translation.double().numpy(), np.array([self.pool[index].radius for index in chosen])
         away = np.linalg.norm(centre[:, None] - centre[None, len(chosen) - fresh :], axis=-1) - radius[:, None]
         return np.unique(np.argsort(away, axis=0)[:VICINITY]).tolist()
 
     def press_in(
-        self, chosen: list[int], start: Start, seed: int, fresh: int | None = None, patient: bool = False
-    ) -> Start | None:
+        self, chosen: list[int], start: Poses, seed: int, fresh: int | None = None, patient: bool = False
+    ) -> Poses | None:
         """Press apart the objects about the last `fresh` of them, or all, until they hold; None where they do not come
         to that. patient : also where it looks hopeless."""
         movers = None if fresh is None else self.vicinity(chosen, start, fresh)
         start, overlap = self.apart(chosen, start, seed, movers)
         return self.settle(chosen, start, seed, movers) if patient or overlap <= self.hopeless else None
 
-    def apart(self, chosen: list[int], start: Start, seed: int, movers: list[int] | None = None) -> tuple[Start, float]:
+    def apart(self, chosen: list[int], start: Poses, seed: int, movers: list[int] | None = None) -> tuple[Poses, float]:
         """Press the objects apart; the poses, and the overlap left: the integral of its depth, metres to the fourth.
 
         movers : the objects that may move, as places in `chosen`; all where None.
@@ -178,7 +179,7 @@ class Press:
         start = self._arrange(chosen, start, press, movers, hopeless)
         return start, sum(recent) / max(1, len(recent)) * unit
 
-    def settle(self, chosen: list[int], start: Start, seed: int, movers: list[int] | None = None) -> Start | None:
+    def settle(self, chosen: list[int], start: Poses, seed: int, movers: list[int] | None = None) -> Poses | None:
         """Take the last thin overlaps away, by contact alone, then by exact booleans; None where they do not go."""
         bodies = [self.pool[index] for index in chosen]
         for again in range(SETTLINGS):
@@ -211,8 +212,8 @@ class Press:
         )
 
     def _arrange(
-        self, chosen, start: Start, settings: Settings, movers, ends: Callable[[Step], bool] | None = None
-    ) -> Start:
+        self, chosen, start: Poses, settings: Settings, movers, ends: Callable[[Step], bool] | None = None
+    ) -> Poses:
         """Optimise the movers among those that they may come to meet; the poses of all."""
         movers = range(len(chosen)) if movers is None else movers
         seen = [*movers, *self._obstacles(chosen, start, movers)]
@@ -230,24 +231,18 @@ class Press:
             ended = self.spent() or (ends is not None and ends(step))
             return ended
 
-        run = arrange(problem, settings, start.take(seen), self.device, scene=self._scene[1], callback=after)
+        run = optimize(problem, settings, start.take(seen), self.device, scene=self._scene[1], callback=after)
         if run.interrupted and not ended:
             raise KeyboardInterrupt
         self.history.append(run.history)
         rotation, translation = start.rotation.double().clone(), start.translation.double().clone()
         rotation[seen], translation[seen] = run.rotation, run.translation
-        return Start(rotation, translation)
+        return Poses(rotation, translation)
 
-    def _obstacles(self, chosen: list[int], start: Start, movers: Sequence[int]) -> list[int]:
+    def _obstacles(self, chosen: list[int], start: Poses, movers: Sequence[int]) -> list[int]:
         """The other objects whose boxes lie within SIGHT of a mover's."""
         rest = np.setdiff1d(np.arange(len(chosen)), movers)
         reach = (start.rotation.double().abs() @ self.half[chosen].double()[:, :, None])[:, :, 0].numpy()
         reach, centre = reach + SIGHT * self.radius / 2, start.translation.double().numpy()
         apart = np.abs(centre[rest][:, None] - centre[movers][None]) > reach[rest][:, None] + reach[movers][None]
         return rest[(~apart.any(-1)).any(1)].tolist()
-
-
-def join(first: Start, second: Start) -> Start:
-    """The poses of both, in order."""
-    pairs = (first.rotation, second.rotation), (first.translation, second.translation)
-    return Start(*(torch.cat([a, b.to(a.dtype)]) for a, b in pairs))

@@ -19,9 +19,9 @@ from scipy.spatial import QhullError
 from ..exact.certificate import Certificate, certify
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
-from ..optimizer import file_to_world
 from ..packing.separation import Press
-from ..problem import Settings, Start
+from ..poses import Poses, file_to_world
+from ..problem import Settings
 from ..util import o3d
 from ..util.errors import InputError
 
@@ -105,7 +105,7 @@ def settle(bodies: Sequence[Body], matrices: np.ndarray, container: Container, s
             break
     mujoco.mj_forward(model, data)
     ids = [model.body(f"{i}").id for i in range(len(bodies))]
-    start = Start(
+    start = Poses(
         torch.from_numpy(data.xmat[ids].reshape(-1, 3, 3).copy()), torch.from_numpy(data.xpos[ids].copy() * unit)
     )
     placed = _placed(bodies, start)
@@ -124,7 +124,7 @@ def settle(bodies: Sequence[Body], matrices: np.ndarray, container: Container, s
     return Settled(placed, moved, turned, at_rest, step * STEP, soft_faults, certificate)
 
 
-def _placed(bodies: Sequence[Body], start: Start) -> np.ndarray:
+def _placed(bodies: Sequence[Body], start: Poses) -> np.ndarray:
     return file_to_world(bodies, start.rotation, start.translation)
 
 

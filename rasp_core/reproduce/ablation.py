@@ -9,7 +9,7 @@ import trimesh
 
 from ..exact.certificate import certify
 from ..geometry.meshes import Body
-from ..optimizer import Arrangement, arrange
+from ..optimizer import Arrangement, optimize
 from ..packing import initialization, methods
 from ..problem import Problem, Settings
 from ..util import o3d
@@ -29,7 +29,7 @@ def study(objects: Sequence[str], container: str, count: int, start: str = "rand
     if not 1 <= count <= len(pool):
         raise InputError(f"count must be 1 to {len(pool)}, the size of the pool, got {count}")
     bodies = pool[:count]
-    return judge(arrange(Problem(bodies, room), chosen, initialization.make(start, bodies, room, chosen.seed)))
+    return judge(optimize(Problem(bodies, room), chosen, initialization.make(start, bodies, room, chosen.seed)))
 
 
 def judge(arrangement: Arrangement) -> dict:

@@ -12,12 +12,14 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from .. import losses
+from .. import losses, query_points
 from ..exact.certificate import Certificate, certify
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
-from ..optimizer import LOSS_NAMES, Step, arrange, file_to_world
-from ..problem import Problem, Settings, Start
+from ..objective import LOSS_NAMES
+from ..optimizer import Step, optimize
+from ..poses import Poses, file_to_world
+from ..problem import Problem, Settings
 from ..scene import Scene
 from ..silhouettes import render
 from ..util.errors import InputError
@@ -86,7 +88,7 @@ class LiveRun:
         self._waiting, self._error = False, None
         self._thread: threading.Thread | None = None
         self._scenes: dict[int, Scene] = {}
-        self._lattice = losses.query_lattice(container, POINTS)
+        self._lattice = query_points.query_lattice(container, POINTS)
         self._rows: list[Tensor] = []
 
     # -- commands, from any thread -----------------------------------------------------------------------------------
@@ -163,12 +165,12 @@ class LiveRun:
             self._under_way, anew, self._anew = self.controls, self._anew, False
         self._set_up()
         if anew:
-            self._start, self._rows = Start.random(self._problem.bodies, self.container, self._under_way.seed), []
+            self._start, self._rows = Poses.random(self._problem.bodies, self.container, self._under_way.seed), []
         self._show(self._start)
         while self._may_go_on():
             settings = self._in_force(self.controls)
-            done = arrange(self._problem, settings, self._start, scene=self._scene, callback=self._after)
-            self._start = done.start
+            done = optimize(self._problem, settings, self._start, scene=self._scene, callback=self._after)
+            self._start = done.poses
             if not done.interrupted:
                 with self._changed:
                     self._going, self._steps = False, 0
@@ -187,7 +189,7 @@ class LiveRun:
         self._rows.append(step.losses)
         resting = not self._going and not self._steps
         if resting or time.monotonic() - self._shown > EVERY:
-            self._show(Start(step.rotation, step.translation))
+            self._show(Poses(step.rotation, step.translation))
         return self._in_force(self.controls) if self._may_go_on() else True
 
     def _may_go_on(self) -> bool:
@@ -213,11 +215,11 @@ class LiveRun:
         shared = {name: getattr(controls, name) for name in ("lambda_", "epsilon", "overlap_term", "seed")}
         return replace(self.settings, **shared)
 
-    def _show(self, start: Start, judged: bool = False) -> None:
+    def _show(self, start: Poses, judged: bool = False) -> None:
         scene, problem = self._scene, self._problem
         place = start.rotation.float(), start.translation.float()
         images = render(scene.outlines, *place, scene.views, self.settings.resolution)
-        taken = losses.occupancy(scene.stack, scene.half, *place, self._lattice).flatten()
+        taken = query_points.occupancy(scene.stack, scene.half, *place, self._lattice).flatten()
         taken = taken if self._lattice.inside is None else taken[self._lattice.inside]
         matrices = file_to_world(problem.bodies, start.rotation, start.translation)
         history = torch.stack(self._rows).numpy() if self._rows else np.zeros((0, len(LOSS_NAMES)), np.float32)

@@ -12,7 +12,7 @@ import numpy as np
 from .. import losses
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
-from ..optimizer import LOSS_NAMES
+from ..objective import LOSS_NAMES
 from ..problem import Settings
 from . import scene3d
 from .live import Controls, Frame, LiveRun

@@ -239,7 +239,7 @@ def loss_figure(arrangement: Arrangement) -> Figure:
     """The loss terms over the iterations."""
     from matplotlib.figure import Figure
 
-    from ..optimizer import LOSS_NAMES
+    from ..objective import LOSS_NAMES
 
     figure = Figure(figsize=(7, 3.2), layout="constrained")
     axes = figure.subplots(1, 3)

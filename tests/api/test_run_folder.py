@@ -13,7 +13,7 @@ from rasp_core.api import run_folder
 from rasp_core.exact.certificate import certify
 from rasp_core.geometry.containers import box
 from rasp_core.geometry.meshes import unique_names
-from rasp_core.optimizer import arrange
+from rasp_core.optimizer import optimize
 from rasp_core.problem import Problem, Settings
 from rasp_core.util.errors import InputError
 from rasp_core.visualize.gltf import read_scene
@@ -24,7 +24,7 @@ BOX = box((0.3, 0.3, 0.3))
 @pytest.fixture(scope="module")
 def run():
     bodies = kitchen_like(4)
-    arrangement = arrange(
+    arrangement = optimize(
         Problem(unique_names([*bodies, bodies[0]]), BOX), Settings(iterations=5, query_points=1000, resolution=64)
     )
     return arrangement, certify(arrangement.problem.bodies, arrangement.matrices, BOX)

@@ -19,8 +19,7 @@ from rasp_core.exact.certificate import certify
 from rasp_core.geometry.cameras import Camera
 from rasp_core.geometry.containers import box
 from rasp_core.geometry.meshes import make_body, unique_names
-from rasp_core.optimizer import file_to_world
-from rasp_core.problem import Start
+from rasp_core.poses import Poses, file_to_world
 from rasp_core.util.errors import InputError
 from rasp_core.visualize.gltf import read_scene
 
@@ -158,7 +157,7 @@ def test_what_overlaps_is_parted_or_taken_out(apart, left):
     mesh = trimesh.creation.icosphere(3, 0.1)
     covering = Covering([make_body("ball", mesh.vertices, mesh.faces)], SIDES, np.ones((2, 64, 64)), seed=0)
     places = torch.tensor([[-apart / 2, 0, 0], [apart / 2, 0, 0]], dtype=torch.float64)
-    covering.take([0, 0], Start(torch.eye(3, dtype=torch.float64).repeat(2, 1, 1), places))
+    covering.take([0, 0], Poses(torch.eye(3, dtype=torch.float64).repeat(2, 1, 1), places))
     anamorphic._free(covering)
     assert len(covering.chosen) == left
     bodies = unique_names([covering.pool[i] for i in covering.chosen])

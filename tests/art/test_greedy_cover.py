@@ -9,7 +9,7 @@ from rasp_core.exact.certificate import certify
 from rasp_core.geometry.cameras import Camera
 from rasp_core.geometry.containers import box
 from rasp_core.geometry.meshes import unique_names
-from rasp_core.optimizer import file_to_world
+from rasp_core.poses import file_to_world
 
 CAMERAS = [Camera(0, 0, 1.0), Camera(90, 0, 1.0)]
 SIZE = 128

@@ -11,8 +11,7 @@ from rasp_core.art.occluders import veil
 from rasp_core.art.texturing import Canvas, measure
 from rasp_core.geometry.cameras import Camera
 from rasp_core.geometry.meshes import make_body
-from rasp_core.optimizer import file_to_world
-from rasp_core.problem import Start
+from rasp_core.poses import Poses, file_to_world
 
 CAMERAS = [Camera(0, 0, 1.0), Camera(90, 0, 1.0)]
 SIZE = 128
@@ -60,6 +59,6 @@ def test_one_colour_for_all_leaves_nothing_to_dispute(heap):
 def test_the_dispute_of_a_ball_is_what_its_sides_share():
     mesh = trimesh.creation.icosphere(4, 0.3)
     covering = Covering([make_body("ball", mesh.vertices, mesh.faces)], CAMERAS, np.ones((2, SIZE, SIZE)), seed=0)
-    covering.take([0], Start(torch.eye(3)[None].double(), torch.zeros(1, 3).double()))
+    covering.take([0], Poses(torch.eye(3)[None].double(), torch.zeros(1, 3).double()))
     # the other view sees half of a disk; one colour leaves each picture a quarter of the square difference there
     assert veil(covering, plain(0.0, 1.0), 0) == pytest.approx(0.5 / 4, rel=0.03)

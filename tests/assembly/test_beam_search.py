@@ -10,7 +10,7 @@ from rasp_core.assembly.metrics import measure
 from rasp_core.assembly.registration import Place
 from rasp_core.geometry.containers import Container
 from rasp_core.geometry.meshes import make_body
-from rasp_core.optimizer import file_to_world
+from rasp_core.poses import file_to_world
 from rasp_core.util.errors import InputError
 
 

@@ -11,7 +11,8 @@ from rasp_core.api import run_folder
 from rasp_core.geometry import containers
 from rasp_core.geometry.cameras import spread_views
 from rasp_core.geometry.meshes import load_bodies, unique_names
-from rasp_core.problem import Problem, Start
+from rasp_core.poses import Poses
+from rasp_core.problem import Problem
 
 PAPER = 106  # Kitchen objects, in IR-BPP's container
 EDGES = (0.32, 0.32, 0.30)
@@ -32,7 +33,7 @@ def case(objects: int = PAPER, views: int = 3):
     box = containers.box([growth * edge for edge in EDGES])
     cameras = None if views == 3 else spread_views(views, 1.1 * 3**0.5 * float(box.size.max()), (0, 0, 0))
     problem = Problem(bodies, box, cameras)
-    return problem, problem.scene(), Start.random(bodies, box, 0)
+    return problem, problem.scene(), Poses.random(bodies, box, 0)
 
 
 def pytest_benchmark_update_machine_info(config, machine_info):

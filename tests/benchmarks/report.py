@@ -14,7 +14,7 @@ import numpy as np
 import torch
 from conftest import case
 
-from rasp_core import losses, optimizer, silhouettes
+from rasp_core import optimizer, query_points, silhouettes
 from rasp_core.problem import Settings
 
 
@@ -44,9 +44,9 @@ def machine() -> tuple[float, float]:
 def unavoidable() -> dict[str, tuple[float, float, float]]:
     """Part -> how many, bytes, operations of one iteration at the paper's size, after ten iterations from the start."""
     problem, scene, start = case()
-    found = optimizer.arrange(problem, Settings(iterations=10), start, scene=scene)
+    found = optimizer.optimize(problem, Settings(iterations=10), start, scene=scene)
     rotation, translation = found.rotation.float(), found.translation.float()
-    points = losses.query_lattice(scene.container).points()
+    points = query_points.query_lattice(scene.container).points()
     boxed = inside = 0
     for body in range(len(problem.bodies)):
         local = (points - translation[body]) @ rotation[body]

@@ -4,7 +4,7 @@ import pytest
 import torch
 from conftest import PAPER, case
 
-from rasp_core import contact, losses, optimizer, silhouettes
+from rasp_core import contact, losses, objective, optimizer, query_points, silhouettes
 from rasp_core.problem import Settings
 
 ROUNDS = 20  # iterations in a row
@@ -14,7 +14,7 @@ def whole(benchmark, objects=PAPER, views=3, **settings):
     """The time is that of ROUNDS iterations; `ms_per_iteration` says what one takes."""
     problem, scene, start = case(objects, views)
     arguments = (problem, Settings(iterations=ROUNDS, **settings), start)
-    benchmark.pedantic(optimizer.arrange, arguments, {"scene": scene}, rounds=5, warmup_rounds=1)
+    benchmark.pedantic(optimizer.optimize, arguments, {"scene": scene}, rounds=5, warmup_rounds=1)
     benchmark.extra_info["ms_per_iteration"] = round(1000 * benchmark.stats.stats.median / ROUNDS, 2)
 
 
@@ -70,7 +70,7 @@ def test_blurred_square_and_gradient(poses, benchmark):
 @pytest.mark.parametrize("term", losses.OVERLAP_TERMS)
 def test_overlap_and_gradient(poses, benchmark, term):
     scene, *place = poses
-    lattice = losses.query_lattice(scene.container)
+    lattice = query_points.query_lattice(scene.container)
     benchmark(losses.overlap, scene.stack, scene.half, *place, lattice, term)
 
 
@@ -85,7 +85,7 @@ def test_extrusion_and_gradient(poses, benchmark):
 def test_contact_and_gradient(poses, benchmark):
     """The last stage's term, over neighbours that are kept for ten iterations."""
     scene, *place = poses
-    near = optimizer.find_neighbours(scene, *place, Settings())
+    near = objective.find_neighbours(scene, *place, Settings())
     benchmark(
         contact.contact, scene.stack, scene.samples, near, scene.container, *place, torch.zeros_like(scene.radius)
     )
@@ -94,7 +94,7 @@ def test_contact_and_gradient(poses, benchmark):
 @pytest.mark.benchmark(group="parts of one iteration")
 def test_neighbours(poses, benchmark):
     scene, *place = poses
-    benchmark(optimizer.find_neighbours, scene, *place, Settings())
+    benchmark(objective.find_neighbours, scene, *place, Settings())
 
 
 @pytest.mark.benchmark(group="parts of one iteration")

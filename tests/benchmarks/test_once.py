@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from conftest import case, pool
 
-from rasp_core import optimizer
+from rasp_core import poses
 from rasp_core.exact import certificate
 from rasp_core.geometry import sdf
 
@@ -80,5 +80,5 @@ def test_scene_from_cached_grids(benchmark):
 def test_certificate(benchmark, objects):
     """All objects at random poses: 666 pairs to test among 106."""
     problem, _, start = case(objects)
-    matrices = optimizer.file_to_world(problem.bodies, start.rotation, start.translation)
+    matrices = poses.file_to_world(problem.bodies, start.rotation, start.translation)
     benchmark.pedantic(certificate.certify, (problem.bodies, matrices, problem.container), rounds=3)

@@ -11,8 +11,7 @@ from rasp_core.exact import overlap_removal
 from rasp_core.exact.certificate import certify
 from rasp_core.geometry.containers import box
 from rasp_core.geometry.meshes import make_body
-from rasp_core.optimizer import file_to_world
-from rasp_core.problem import Start
+from rasp_core.poses import Poses, file_to_world
 
 
 def block(name, *edges):
@@ -22,7 +21,7 @@ def block(name, *edges):
 
 def start(*centres):
     turn = poses.angles_to_rotation(torch.tensor([[0.2, 0.1, 0.3], [0.0, 0.0, 0.0], [0.1, 0.4, 0.0]]).double())
-    return Start(turn[: len(centres)], torch.tensor(centres, dtype=torch.float64))
+    return Poses(turn[: len(centres)], torch.tensor(centres, dtype=torch.float64))
 
 
 def test_slopes_are_those_of_the_volume():
@@ -34,7 +33,7 @@ def test_slopes_are_those_of_the_volume():
     force, moment = overlap_removal._slope(fault.solid, faults.solids[1], there.translation[1].numpy())
 
     def shared(shift, turn):
-        moved = Start(
+        moved = Poses(
             torch.cat(
                 [there.rotation[:1], poses.angles_to_rotation(torch.tensor([turn]).double()) @ there.rotation[1:]]
             ),
@@ -57,7 +56,7 @@ def test_slopes_are_those_of_the_volume():
 def test_thin_overlaps_and_protrusions_are_taken_away():
     bodies = [block(name, 0.1, 0.1, 0.1) for name in "abc"]
     room = box((0.5, 0.5, 0.1002))
-    there = Start(torch.eye(3).double().repeat(3, 1, 1), torch.tensor([[0, 0, 2e-4], [0.0998, 0, 0], [0.1, 0.0997, 0]]))
+    there = Poses(torch.eye(3).double().repeat(3, 1, 1), torch.tensor([[0, 0, 2e-4], [0.0998, 0, 0], [0.1, 0.0997, 0]]))
     assert not certify(bodies, file_to_world(bodies, there.rotation, there.translation), room).holds
     mended = overlap_removal.mend(bodies, there, room)
     assert certify(bodies, file_to_world(bodies, mended.rotation, mended.translation), room).holds
@@ -66,30 +65,30 @@ def test_thin_overlaps_and_protrusions_are_taken_away():
 
 def test_only_the_movers_move():
     bodies = [block(name, 0.1, 0.1, 0.1) for name in "abc"]
-    there = Start(torch.eye(3).double().repeat(3, 1, 1), torch.tensor([[0, 0, 0], [0.0998, 0, 0], [0.0998, 0.0998, 0]]))
+    there = Poses(torch.eye(3).double().repeat(3, 1, 1), torch.tensor([[0, 0, 0], [0.0998, 0, 0], [0.0998, 0.0998, 0]]))
     mended = overlap_removal.mend(bodies, there, box((0.5, 0.5, 0.2)), movers=[1])
     assert (mended.translation != there.translation).any(1).tolist() == [False, True, False]
-    far = Start(there.rotation, torch.tensor([[0, 0, 0], [0.0, 0.05, 0], [0.2, 0, 0]]))
+    far = Poses(there.rotation, torch.tensor([[0, 0, 0], [0.0, 0.05, 0], [0.2, 0, 0]]))
     same = overlap_removal.mend(bodies, far, box((0.5, 0.5, 0.2)), movers=[2])
     assert torch.equal(same.translation, far.translation.double()), "what others share is taken as it is"
 
 
 def test_large_faults_are_not_tried():
     bodies = [block(name, 0.1, 0.1, 0.1) for name in "ab"]
-    there = Start(torch.eye(3).double().repeat(2, 1, 1), torch.tensor([[-0.049, 0.0, 0.0], [0.049, 0, 0]]))
+    there = Poses(torch.eye(3).double().repeat(2, 1, 1), torch.tensor([[-0.049, 0.0, 0.0], [0.049, 0, 0]]))
     assert overlap_removal.mend(bodies, there, box((0.5, 0.1, 0.1)), largest=0.01) is None
     assert overlap_removal.mend(bodies, there, box((0.5, 0.1, 0.1)), largest=0.03) is not None
 
 
 def test_what_has_no_room_is_given_up():
     bodies = [block(name, 0.1, 0.1, 0.1) for name in "ab"]
-    there = Start(torch.eye(3).double().repeat(2, 1, 1), torch.tensor([[-0.045, 0.0, 0.0], [0.045, 0, 0]]))
+    there = Poses(torch.eye(3).double().repeat(2, 1, 1), torch.tensor([[-0.045, 0.0, 0.0], [0.045, 0, 0]]))
     assert overlap_removal.mend(bodies, there, box((0.19, 0.1, 0.1))) is None
 
 
 def test_only_what_moved_is_tested_again(monkeypatch):
     bodies = [block(name, 0.1, 0.1, 0.1) for name in "abc"]
-    there = Start(
+    there = Poses(
         torch.eye(3).double().repeat(3, 1, 1), torch.tensor([[0, 0, 0], [0.09, 0, 0], [0.18, 0, 0.0]]).double()
     )
     faults, noted = overlap_removal._Faults(bodies, box((0.6, 0.4, 0.1)), np.ones(3, bool)), []

@@ -4,10 +4,10 @@ import pytest
 import torch
 
 from data_fetch import cad_like, kitchen_like, torus
-from rasp_core import contact, losses, poses, silhouettes
+from rasp_core import contact, losses, poses, query_points, silhouettes
 from rasp_core.geometry import containers
 from rasp_core.kernels import dispatch
-from rasp_core.optimizer import find_neighbours
+from rasp_core.objective import find_neighbours
 from rasp_core.problem import Settings
 from rasp_core.scene import Scene
 
@@ -30,7 +30,9 @@ def crowd(dtype):
 def test_overlap(term, container, dtype, tolerance):
     """In float32 a point at a body's surface may fall on the other side, which is worth a whole point's force."""
     scene, turns, place = crowd(dtype)
-    lattice = losses.query_lattice(container, 20_000, dtype=dtype).shifted(torch.tensor([0.1, 0.2, -0.3], dtype=dtype))
+    lattice = query_points.query_lattice(container, 20_000, dtype=dtype).shifted(
+        torch.tensor([0.1, 0.2, -0.3], dtype=dtype)
+    )
     found = {}
     for name in dispatch.ENGINES:
         with dispatch.use(name):
@@ -53,7 +55,7 @@ def test_blur(softness, dtype):
 
 def test_results_do_not_depend_on_the_number_of_threads():
     scene, turns, place = crowd(torch.float32)
-    lattice = losses.query_lattice(BOX, 20_000)
+    lattice = query_points.query_lattice(BOX, 20_000)
     rotation = poses.angles_to_rotation(turns)
     before, found = torch.get_num_threads(), []
     near = find_neighbours(scene, rotation, place, Settings())
@@ -75,7 +77,7 @@ def test_results_do_not_depend_on_the_number_of_threads():
 
 def test_several_starts_give_what_each_gives():
     scene, turns, place = crowd(torch.float64)
-    lattice = losses.query_lattice(BOX, 20_000, dtype=torch.float64)
+    lattice = query_points.query_lattice(BOX, 20_000, dtype=torch.float64)
     rotation = poses.angles_to_rotation(torch.stack([turns, turns + 1]))
     centre = torch.stack([place, -place])
     targets = scene.container_silhouettes(96)

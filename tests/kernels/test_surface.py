@@ -7,7 +7,7 @@ from data_fetch import cad_like, kitchen_like, torus
 from rasp_core import contact, losses, poses
 from rasp_core.geometry import containers
 from rasp_core.kernels import dispatch
-from rasp_core.optimizer import find_neighbours
+from rasp_core.objective import find_neighbours
 from rasp_core.problem import Settings
 from rasp_core.scene import Scene
 

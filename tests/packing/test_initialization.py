@@ -7,9 +7,8 @@ import torch
 from data_fetch import kitchen_like, torus
 from rasp_core.exact.certificate import certify
 from rasp_core.geometry.containers import Container, box
-from rasp_core.optimizer import file_to_world
 from rasp_core.packing import initialization
-from rasp_core.problem import Start
+from rasp_core.poses import Poses, file_to_world
 from rasp_core.util.errors import InputError
 
 BODIES, BOX = kitchen_like(6), box((0.3, 0.3, 0.3))
@@ -26,7 +25,7 @@ def test_each_start_has_rotations_and_centres_inside(kind, container):
 
 
 def test_random_is_the_papers():
-    start, expected = initialization.make("random", BODIES, BOX, seed=3), Start.random(BODIES, BOX, 3)
+    start, expected = initialization.make("random", BODIES, BOX, seed=3), Poses.random(BODIES, BOX, 3)
     assert torch.equal(start.rotation, expected.rotation)
     assert torch.equal(start.translation, expected.translation)
 
@@ -53,7 +52,7 @@ def test_gravity_begins_on_the_floor_and_its_order_is_by_chance():
 
 def test_what_finds_no_room_stays_random():
     small = box((0.12, 0.12, 0.12))
-    start, chance = initialization.make("spectral", BODIES, small), Start.random(BODIES, small, 0)
+    start, chance = initialization.make("spectral", BODIES, small), Poses.random(BODIES, small, 0)
     same = (start.translation.float() == chance.translation).all(1).numpy()
     assert np.any(same)
     assert not np.all(same)

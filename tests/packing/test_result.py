@@ -7,7 +7,7 @@ import trimesh
 from data_fetch import kitchen_like, polycubes
 from rasp_core.geometry.containers import box
 from rasp_core.geometry.meshes import make_body
-from rasp_core.optimizer import arrange
+from rasp_core.optimizer import optimize
 from rasp_core.packing import result
 from rasp_core.problem import Problem, Settings
 from rasp_core.util.errors import InputError
@@ -55,8 +55,8 @@ def test_a_rod_along_the_diagonal_is_not_refused():
 
 def test_an_ended_packing_is_drawn_as_the_loop_draws_it(pool):
     problem = Problem(pool[3:6], ROOM)
-    found = arrange(problem, Settings(iterations=5, resolution=64))
-    ended = result.finish(pool, [3, 4, 5], found.start, ROOM, found.settings)
+    found = optimize(problem, Settings(iterations=5, resolution=64))
+    ended = result.finish(pool, [3, 4, 5], found.poses, ROOM, found.settings)
     assert ended.arrangement.images == pytest.approx(found.images, abs=1e-3)
     assert ended.arrangement.targets == pytest.approx(found.targets)
     assert np.array_equal(ended.arrangement.matrices, found.matrices)

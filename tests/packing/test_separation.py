@@ -7,10 +7,10 @@ import torch
 from data_fetch import kitchen_like
 from rasp_core.exact.certificate import certify
 from rasp_core.geometry.containers import box
-from rasp_core.optimizer import file_to_world
 from rasp_core.packing import separation
-from rasp_core.packing.separation import Press, join
-from rasp_core.problem import Settings, Start
+from rasp_core.packing.separation import Press
+from rasp_core.poses import Poses, file_to_world, join
+from rasp_core.problem import Settings
 
 ROOM = box((0.2, 0.2, 0.2))
 
@@ -21,7 +21,7 @@ def press():
 
 
 def test_an_object_goes_into_the_void_and_settles(press):
-    press.look([], Start(torch.zeros(0, 3, 3), torch.zeros(0, 3)))
+    press.look([], Poses(torch.zeros(0, 3, 3), torch.zeros(0, 3)))
     index, pose, shared = press.least_shared([2], np.inf)
     assert index == 2
     assert shared == 0
@@ -38,7 +38,7 @@ def test_an_object_goes_into_the_void_and_settles(press):
 
 def test_only_what_lies_about_a_new_object_is_pressed(press, monkeypatch):
     monkeypatch.setattr(separation, "VICINITY", 2)
-    row = Start(torch.eye(3).repeat(4, 1, 1), torch.tensor([[-0.07, 0, 0], [0.07, 0, 0], [0, 0.07, 0], [0.05, 0, 0]]))
+    row = Poses(torch.eye(3).repeat(4, 1, 1), torch.tensor([[-0.07, 0, 0], [0.07, 0, 0], [0, 0.07, 0], [0.05, 0, 0]]))
     chosen = [0, 1, 2, 3]
     movers = press.vicinity(chosen, row, fresh=1)
     assert movers == [1, 3]
@@ -47,7 +47,7 @@ def test_only_what_lies_about_a_new_object_is_pressed(press, monkeypatch):
 
 
 def test_one_object_may_be_left_out_of_sight(press):
-    there = Start(torch.eye(3).repeat(2, 1, 1), torch.tensor([[-0.05, 0.0, 0.0], [0.05, 0.0, 0.0]]))
+    there = Poses(torch.eye(3).repeat(2, 1, 1), torch.tensor([[-0.05, 0.0, 0.0], [0.05, 0.0, 0.0]]))
     press.look([0, 1], there, without=0)
     one = press.room.taken.copy()
     press.look([1], there.take([1]))
@@ -55,13 +55,13 @@ def test_one_object_may_be_left_out_of_sight(press):
 
 
 def test_what_cannot_hold_does_not_settle(press):
-    inside = Start(torch.eye(3).repeat(2, 1, 1), torch.zeros(2, 3))
+    inside = Poses(torch.eye(3).repeat(2, 1, 1), torch.zeros(2, 3))
     assert press.settle([0, 1], inside, seed=0) is None
 
 
 def test_nothing_settles_when_time_is_over(press):
     press.spent = lambda: True
-    apart = Start(torch.eye(3).repeat(2, 1, 1), torch.tensor([[-0.05, 0.0, 0.0], [0.05, 0.0, 0.0]]))
+    apart = Poses(torch.eye(3).repeat(2, 1, 1), torch.tensor([[-0.05, 0.0, 0.0], [0.05, 0.0, 0.0]]))
     assert press.settle([0, 1], apart, seed=0) is None
 
 

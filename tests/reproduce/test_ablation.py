@@ -7,8 +7,9 @@ import trimesh
 
 from rasp_core.geometry.containers import box
 from rasp_core.geometry.meshes import make_body
-from rasp_core.optimizer import arrange
-from rasp_core.problem import Problem, Settings, Start
+from rasp_core.optimizer import optimize
+from rasp_core.poses import Poses
+from rasp_core.problem import Problem, Settings
 from rasp_core.reproduce import ablation
 from rasp_core.util.errors import InputError
 
@@ -43,9 +44,9 @@ def test_points_inside_another_count_nothing():
 
 def test_judge_of_cubes_that_overlap_and_stick_out():
     bodies = cubes((0, 0, 0), (0.05, 0, 0), (0.2, 0, 0))
-    start = Start(torch.eye(3).repeat(3, 1, 1), torch.tensor(np.array([body.centre for body in bodies])))
+    start = Poses(torch.eye(3).repeat(3, 1, 1), torch.tensor(np.array([body.centre for body in bodies])))
     settings = Settings(**{**SIZE, "iterations": 1}, learning_rate=1e-12, final_learning_rate=1e-12)
-    facts = ablation.judge(arrange(Problem(bodies, box((0.4, 0.4, 0.4))), settings, start))
+    facts = ablation.judge(optimize(Problem(bodies, box((0.4, 0.4, 0.4))), settings, start))
     assert facts["overlap"] == pytest.approx(0.5 / 3, abs=1e-4)
     assert facts["extrusion"] == pytest.approx(0.5 / 3, abs=1e-4)
     assert facts["stuck_out"] == pytest.approx(1 / 3)

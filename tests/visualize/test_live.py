@@ -7,7 +7,8 @@ import pytest
 
 from data_fetch import kitchen_like
 from rasp_core.geometry.containers import box
-from rasp_core.optimizer import LOSS_NAMES, arrange
+from rasp_core.objective import LOSS_NAMES
+from rasp_core.optimizer import optimize
 from rasp_core.problem import Problem, Settings
 from rasp_core.util.errors import InputError
 from rasp_core.visualize.live import Controls, LiveRun
@@ -30,7 +31,7 @@ def live():
 def test_run_to_the_end_is_what_arrange_gives(live):
     live.run()
     live.wait()
-    expected = arrange(Problem(POOL[:4], BOX), replace(SETTINGS, lambda_=CONTROLS.lambda_))
+    expected = optimize(Problem(POOL[:4], BOX), replace(SETTINGS, lambda_=CONTROLS.lambda_))
     last = live.frames[-1]
     assert (last.matrices == expected.matrices).all()
     assert np.array_equal(last.history, expected.history)

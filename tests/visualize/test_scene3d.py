@@ -10,7 +10,7 @@ from data_fetch import kitchen_like, torus
 from rasp_core.art.texturing import Canvas
 from rasp_core.geometry.cameras import Camera
 from rasp_core.geometry.containers import Container, box
-from rasp_core.optimizer import arrange
+from rasp_core.optimizer import optimize
 from rasp_core.problem import Problem, Settings
 from rasp_core.visualize import scene3d
 
@@ -71,7 +71,7 @@ def test_colours_of_neighbours_differ():
 
 
 def test_silhouettes_and_losses_have_an_axis_each():
-    found = arrange(Problem(kitchen_like(2), box((0.3, 0.3, 0.3))), Settings(iterations=3, resolution=64))
+    found = optimize(Problem(kitchen_like(2), box((0.3, 0.3, 0.3))), Settings(iterations=3, resolution=64))
     figure = scene3d.silhouette_figure(found.targets, found.images, found.cameras)
     assert len(figure.axes) == 9
     assert figure.axes[3].images[0].get_array().shape == (64, 64)

@@ -1,0 +1,152 @@
+"""The points `p` of Eq. 3: a lattice in the container, and which bodies each point lies in.
+
+A body is looked up only at the points in its own bounding box, never bodies x points.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from .geometry.containers import Container
+from .geometry.sdf import NEAR, GridStack
+from .kernels import dispatch, wrenches
+from .util.errors import InputError
+
+QUERY_POINTS = 80_000  # the paper's
+
+
+@dataclass(frozen=True)
+class Lattice:
+    """Query points on a regular lattice: origin `(3,)`, spacing in metres, shape `(X, Y, Z)`, z fastest.
+
+    inside : flat bool, which points count, or None where all do.
+    """
+
+    origin: Tensor
+    spacing: float
+    shape: tuple[int, int, int]
+    inside: Tensor | None
+
+    @property
+    def count(self) -> int:
+        """How many points count."""
+        if self.inside is None:
+            return self.shape[0] * self.shape[1] * self.shape[2]
+        return int(self.inside.sum())
+
+    def points(self) -> Tensor:
+        """All points, `(X * Y * Z, 3)`, those that do not count included."""
+        axes = [torch.arange(n, device=self.origin.device) for n in self.shape]
+        index = torch.stack(torch.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
+        return self.origin + index.to(self.origin.dtype) * self.spacing
+
+    def shifted(self, share: Tensor) -> Lattice:
+        """The lattice moved by `share` `(3,)` of its spacing; the same points count."""
+        return Lattice(self.origin + share * self.spacing, self.spacing, self.shape, self.inside)
+
+
+def query_lattice(container: Container, count: int = QUERY_POINTS, device="cpu", dtype=torch.float32) -> Lattice:
+    """About `count` lattice points in the container. Raises InputError where count is not positive."""
+    if count < 1:
+        raise InputError(f"at least one query point is needed, got {count}")
+    spacing = (container.volume / count) ** (1 / 3)
+    low, high = (torch.as_tensor(corner, device=device, dtype=dtype) for corner in container.bounds)
+    shape = [max(1, round(float(edge) / spacing)) for edge in high - low]
+    steps = torch.tensor(shape, device=device, dtype=dtype) - 1
+    lattice = Lattice((low + high) / 2 - steps * spacing / 2, spacing, tuple(shape), None)
+    if container.size is not None:
+        return lattice
+    return Lattice(lattice.origin, spacing, lattice.shape, container.signed_distance(lattice.points())[0] < 0)
+
+
+def occupancy(stack: GridStack, half: Tensor, rotation: Tensor, translation: Tensor, lattice: Lattice) -> Tensor:
+    """How many bodies each lattice point lies in, `(X, Y, Z)`; rotation `(N, 3, 3)`, translation `(N, 3)`."""
+    if dispatch.compiled(rotation.device):
+        counts = counts_by_compiled_loops(for_kernels(stack, half, rotation, translation, lattice), 1, lattice)
+        return torch.from_numpy(counts[0].reshape(lattice.shape))
+    with torch.no_grad():
+        body, point, local = inside_pairs(stack, half, rotation, translation, lattice, shared=False)
+        return tally(point[stack.sample(body, local)[0] < 0], lattice).view(lattice.shape)
+
+
+def counts_by_compiled_loops(scene: tuple, starts: int, lattice: Lattice) -> np.ndarray:
+    """How many bodies of each start the flat lattice points are in, `(S, P)`."""
+    from .kernels import grid
+
+    counts = np.zeros((dispatch.workers(), starts, math.prod(lattice.shape)), np.int16)
+    dispatch.share(grid.count, *scene, counts)
+    return counts.sum(0, np.int16)
+
+
+def for_kernels(stack, half, rotation, translation, lattice) -> tuple:
+    """What both loops of the overlap term are given."""
+    return (
+        stack.arrays,
+        half.numpy(),
+        *wrenches.arrays(rotation, translation),
+        np.array([*lattice.origin.tolist(), lattice.spacing]),
+        lattice.shape,
+        np.zeros(0, np.bool_) if lattice.inside is None else lattice.inside.numpy(),
+    )
+
+
+def runs(start: Tensor, count: Tensor) -> tuple[Tensor, Tensor]:
+    """Rows of index ranges `[start, start + count)`: which range each index is of, and the index."""
+    which = torch.repeat_interleave(count)
+    return which, torch.arange(len(which), device=count.device) - (count.cumsum(0) - count - start)[which]
+
+
+def tally(point: Tensor, lattice: Lattice) -> Tensor:
+    size = lattice.shape[0] * lattice.shape[1] * lattice.shape[2]
+    ones = torch.ones_like(point, dtype=torch.int32)
+    return torch.zeros(size, dtype=torch.int32, device=point.device).index_add_(0, point, ones)
+
+
+def inside_pairs(stack, half, rotation, translation, lattice, shared: bool):
+    """Pairs (body, lattice point) that may lie inside: body `(M,)`, flat point `(M,)`, place in the body's frame.
+
+    A body's box is cut out of the lattice column by column, so that a turned box costs its own volume and not that
+    of the upright box about it. The grids' nearest values throw out what surely lies outside; with `shared`, also
+    points that are left with one body.
+    """
+    device, h = rotation.device, lattice.spacing
+    reach = (rotation.abs() @ half[:, :, None])[:, :, 0]
+    top = torch.tensor(lattice.shape, device=device) - 1
+    low = torch.minimum(((translation - reach - lattice.origin) / h).ceil().clamp(min=0).long(), top + 1)
+    high = torch.minimum(((translation + reach - lattice.origin) / h).floor().long(), top)
+    width = (high - low + 1).clamp(min=0)
+
+    columns = width[:, 0] * width[:, 1]
+    body, step = runs(torch.zeros_like(columns), columns)
+    ix = low[body, 0] + torch.div(step, width[body, 1], rounding_mode="floor")
+    iy = low[body, 1] + step % width[body, 1]
+    # along a column the place in the body's frame is base + iz * rise
+    foot = torch.stack([ix, iy, torch.zeros_like(ix)], 1).to(rotation.dtype) * h + lattice.origin - translation[body]
+    base = (foot[:, None, :] @ rotation[body])[:, 0]
+    rise = (rotation[:, 2] * h)[body]
+    rise = torch.where(rise.abs() < 1e-12, 1e-12, rise)
+    bound = half[body]
+    enter, leave = (-bound - base) / rise, (bound - base) / rise
+    first = torch.minimum(enter, leave).amax(1).ceil().clamp(min=0).long()
+    last = torch.minimum(torch.maximum(enter, leave).amin(1).floor().clamp(-1, lattice.shape[2]).long(), top[2])
+    lengths = (last - first + 1).clamp(min=0)
+
+    column, iz = runs(first, lengths)
+    owner = body[column]
+    point = ((ix * lattice.shape[1] + iy) * lattice.shape[2])[column] + iz
+    spacing = stack.spacing[body, None]
+    cell = ((base - stack.origin[body]) / spacing)[column] + iz[:, None] * (rise / spacing)[column]
+    value = stack.at_cells(owner, cell)
+    kept = value < NEAR * stack.spacing[owner]
+    if lattice.inside is not None:
+        kept &= lattice.inside[point]
+    if shared:
+        kept &= tally(point[kept], lattice)[point] >= 2
+    kept = kept.nonzero()[:, 0]
+    column, owner, point, iz = column[kept], owner[kept], point[kept], iz[kept]
+    return owner, point, base[column] + iz[:, None] * rise[column]
