@@ -1,6 +1,13 @@
-"""rasp_core: rigid bodies arranged by gradient descent on their shadows and signed distances.
+"""rasp_core: rigid objects arranged by gradient descent on their shadows and signed distances.
 
-Import the module that you need (`from rasp_core import arrange`); nothing heavy is imported here.
+    import rasp_core as rasp
+
+The door is `load`, `box`, `pack`, `assemble`, `sculpt`, `optimize`, `panel`; each is imported when it is first used, so
+that this line is quick. The paper's method is in the files beside this one: `objective` (Eq. 1), `losses` (Eq. 2 to 5),
+`density` (Eq. 6), `optimizer` (the loop). Everything else is in rooms.
 """
 
+import lazy_loader
+
 __version__ = "0.1.0"
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -7,191 +7,114 @@ from __future__ import annotations
 
 import argparse
 import sys
-import time
 from pathlib import Path
 
 from ..io.atomic_files import whole
 from ..util.errors import InputError
 
-SWEPT = (
-    *("method", "time_limit", "effort", "repeat", "fit_objects", "iterations", "resolution", "device"),
-    *("azimuths_deg", "elevations_deg"),
-)
-AZIMUTHS = {2: [0.0, 90.0], 3: [0.0, 120.0, 240.0], 4: [0.0, 45.0, 90.0, 135.0]}  # of art's views, where none are given
+SETTINGS = ("lambda_", "epsilon", "iterations", "resolution")  # options that are fields of `problem.Settings`
+SWEPT = ("time_limit", "effort", "repeat", "fit_objects", "azimuths_deg", "elevations_deg", "iterations", "resolution")
 
 
 def pack(options: argparse.Namespace) -> int:
     """Pack objects into a container."""
-    from .. import density
-    from ..api import run_folder
+    from ..api.pack import pack as pack_parts
+    from ..api.run_folder import check_writable
     from ..packing import methods
-    from ..physics import disassembly, gravity
-    from ..problem import Settings
-    from ..scene import resolve_device
 
-    began = time.monotonic()
     count = _count(options.count)
     _check_time(options)
-    settings = Settings(
-        iterations=options.iterations,
-        lambda_=options.lambda_,
-        epsilon=options.epsilon,
-        resolution=options.resolution,
-        seed=options.seed,
-    )
-    folder = run_folder.check_writable(options.out)
-    device = resolve_device(options.device)
+    folder = check_writable(options.out)
+    method = _method(options)
+    methods.refuse_ignored(method, _given(options, "time_limit", "effort", *SETTINGS) | _counted(count))
     bodies, container, scale = methods.load(
-        *(options.objects, options.container, options.repeat, options.fit_objects, options.seed),
-        *(options.azimuths_deg, options.elevations_deg),
+        objects=options.objects,
+        container=options.container,
+        repeat=options.repeat,
+        fit_objects=options.fit_objects,
+        seed=options.seed,
+        azimuths_deg=options.azimuths_deg,
+        elevations_deg=options.elevations_deg,
     )
-    budget = options.time_limit, options.effort
-    method = methods.resolve_method(options.method, container)
-    packed = methods.search(method, bodies, container, count, settings, device, *budget, progress=True)
-    arrangement, certificate = packed.arrangement, packed.certificate
-    placed, container = arrangement.problem.bodies, arrangement.problem.container
-    voxel = float(max(container.bounds[1] - container.bounds[0])) / 160
-    facts = {
-        "command": "pack",
-        "method": method,
-        "pool": len(bodies),
-        "object_scale": scale,
-        "density": packed.density,
-        "density_voxels": density.voxel_density(placed, arrangement.matrices, container, voxel),
-        "voxel": voxel,
-        "rounds": packed.rounds,
-        "device": str(device),
-        "seconds": time.monotonic() - began,
-    }
-    removed = disassembly.remove_all(placed, arrangement.matrices)
-    facts["removal"], scenes = removed.to_dict(), {}
+    packed = pack_parts(
+        bodies,
+        container,
+        method,
+        seed=options.seed,
+        count=count,
+        time_limit=options.time_limit,
+        effort=options.effort,
+        device=options.device,
+        progress=True,
+        **_given(options, *SETTINGS),
+    )
+    removed = packed.disassembly()
     print(f"rasp: {_removal(removed)}", file=sys.stderr)
-    if options.settle:
-        settled = gravity.settle(placed, arrangement.matrices, container)
-        facts["settled"], scenes["settled.glb"] = settled.to_dict(), settled.matrices
-        for line in settled.lines():
-            print(f"rasp: {line}", file=sys.stderr)
-    run_folder.save_run(folder, arrangement, certificate, facts, packed.history, scenes)
-    _say(len(placed), packed.density, certificate, folder)
-    return 0 if certificate.holds else 1
+    settled = packed.settle() if options.settle else None
+    for line in settled.lines() if settled else ():
+        print(f"rasp: {line}", file=sys.stderr)
+    packed.save(folder, {"object_scale": scale, "removal": removed.to_dict()}, settled)
+    _say(len(packed.bodies), packed.density, packed.certificate, folder)
+    return 0 if packed.certificate.holds else 1
 
 
 def assemble(options: argparse.Namespace) -> int:
     """Put the parts of a broken thing back together."""
-    from ..api import run_folder
-    from ..assembly import assemble
-    from ..geometry import containers, meshes
-    from ..geometry.cameras import Camera
-    from ..io import images
-    from ..packing import result
-    from ..problem import Settings
+    from ..api.assemble import assemble as assemble_parts
+    from ..api.run_folder import check_writable
 
-    began = time.monotonic()
-    folder = run_folder.check_writable(options.out)
-    if options.whole is not None:
-        whole, parts = containers.from_mesh(options.whole), meshes.load_bodies(options.parts)
-        found = assemble.assemble(parts, whole, options.seed, progress=True)
-    else:
-        angles = options.azimuths_deg, options.elevations_deg
-        if options.width is None or not len(options.silhouettes) == len(angles[0]) == len(angles[1]):
-            raise InputError(
-                f"silhouettes need --width and as many --azimuths-deg and --elevations-deg, got {len(angles[0])} and "
-                f"{len(angles[1])} for {len(options.silhouettes)} pictures"
-            )
-        cameras = [Camera(*pair, options.width) for pair in zip(*angles, strict=True)]
-        images, parts = images.read_silhouettes(options.silhouettes), meshes.load_bodies(options.parts)
-        found = assemble.assemble_by_silhouettes(parts, images, cameras, options.seed, progress=True)
-    settings = Settings(seed=options.seed)
-    drawn = result.finish(parts, list(range(len(parts))), found.start, found.whole, settings)
-    facts = {
-        "command": "assemble",
-        "scores": {body.name: float(score) for body, score in zip(parts, found.scores, strict=True)},
-        "likeness": None if found.likeness is None else found.likeness.tolist(),
-        "warnings": list(found.warnings),
-        "seconds": time.monotonic() - began,
-    }
-    run_folder.save_run(folder, drawn.arrangement, drawn.certificate, facts)
-    for line in found.warnings:
-        print(f"rasp: {line}", file=sys.stderr)
-    shared = drawn.certificate.overlap_volume / sum(body.volume for body in parts)
-    name, fit = ("fit of their surfaces", found.scores) if found.likeness is None else ("likeness", found.likeness)
-    print(
-        f"{folder}: {len(parts)} parts, {name}: {fit.mean():.1%} in the mean, {fit.min():.1%} at least; "
-        f"{shared:.2%} of the volume shared"
+    folder = check_writable(options.out)
+    assembled = assemble_parts(
+        options.parts,
+        options.whole,
+        silhouettes=options.silhouettes,
+        azimuths_deg=options.azimuths_deg,
+        elevations_deg=options.elevations_deg,
+        width=options.width,
+        seed=options.seed,
+        progress=True,
     )
-    return 1 if found.warnings else 0
+    assembled.save(folder)
+    for line in assembled.warnings:
+        print(f"rasp: {line}", file=sys.stderr)
+    print(f"{folder}: {len(assembled.bodies)} parts, {assembled.fit()}")
+    return 1 if assembled.warnings else 0
 
 
 def art(options: argparse.Namespace) -> int:
     """Heap objects up so that each side shows another picture."""
-    import numpy as np
-
-    from ..api import run_folder
-    from ..art import anamorphic, glyphs, texturing
-    from ..geometry import meshes
-    from ..geometry.cameras import Camera
-    from ..io import images
-    from ..scene import resolve_device
-    from ..visualize import gltf, scene3d
+    from ..api.run_folder import check_writable
+    from ..api.sculpt import each_heap
 
     _check_time(options)
-    for name, value, least in (("--resolution", options.resolution, 32), ("--count", options.count, 1)):
-        if value is not None and value < least:
-            raise InputError(f"{name} must be at least {least}, got {value}")
-    shown = options.targets or options.text
-    azimuths = options.azimuths_deg or AZIMUTHS.get(len(shown), [0.0] * len(shown))
-    elevations = options.elevations_deg or [0.0] * len(azimuths)
-    if not len(shown) == len(azimuths) == len(elevations):
-        raise InputError(
-            f"each of {len(shown)} pictures needs an azimuth and an elevation, got {len(azimuths)}, {len(elevations)}"
-        )
-    angles = zip(azimuths, elevations, strict=True)
-    cameras = [Camera(*pair, options.width or 1.0, projection=options.projection) for pair in angles]
-    folder, device = run_folder.check_writable(options.out), resolve_device(options.device)
-    colours = painted = None
-    if options.targets:
-        targets, colours = images.read_targets(options.targets, options.resolution)
-        wanted = {folder: targets}
-    else:
-        if options.paint:
-            raise InputError("letters have no colours; --paint needs pictures, --targets")
-        found = glyphs.letters(options.text, options.resolution, square=any(elevations))
-        places = [folder] if len(found) == 1 else [folder / f"{k + 1}" for k in range(len(found))]
-        wanted = dict(zip(places, found, strict=True))
-    pool, holds = meshes.load_bodies(options.objects), True
-    for place, targets in wanted.items():
-        began = time.monotonic()
-        limits = options.count, options.width, options.seed, device, options.time_limit
-        to_paint = colours if options.paint else None
-        made = anamorphic.sculpt(pool, targets, cameras, *limits, progress=True, colours=to_paint)
-        for line in anamorphic.disagreements(made.pictures, made.hull, cameras):
+    folder, holds = check_writable(options.out), True
+    heaps = each_heap(
+        options.objects,
+        options.targets,
+        text=options.text,
+        azimuths_deg=options.azimuths_deg,
+        elevations_deg=options.elevations_deg,
+        projection=options.projection,
+        width=options.width,
+        count=options.count,
+        resolution=options.resolution,
+        time_limit=options.time_limit,
+        paint=options.paint,
+        seed=options.seed,
+        device=options.device,
+        progress=True,
+    )
+    several = options.text is not None and len(options.text[0]) > 1
+    for number, heap in enumerate(heaps):
+        place = folder / f"{number + 1}" if several else folder
+        heap.save(place, pictures=options.pictures)
+        lines = [*heap.notes, *heap.certificate.lines()[:20]]
+        if heap.painted is not None:
+            lines.append(f"painted, PSNR {heap.psnr.min():.1f} dB, SSIM {heap.ssim.min():.2f} at least")
+        for line in lines:
             print(f"rasp: {line}", file=sys.stderr)
-        facts = {"command": "art", **made.to_dict(), "device": str(device), "seconds": time.monotonic() - began}
-        images = {f"target_{k + 1}.png": np.where(t, 0, 255).astype(np.uint8) for k, t in enumerate(targets)}
-        if options.paint:
-            bodies, run = made.arrangement.problem.bodies, made.arrangement
-            painted = texturing.Canvas(bodies, run.matrices, run.cameras, options.resolution).paint(colours)
-            noise, alike = texturing.measure(painted, colours)
-            facts |= {"psnr": noise.tolist(), "ssim": alike.tolist()}
-            images["painted.png"] = (255 * np.concatenate(painted.images, 1)).astype(np.uint8)
-            print(f"rasp: painted, PSNR {noise.min():.1f} dB, SSIM {alike.min():.2f} at least", file=sys.stderr)
-        if options.pictures:
-            images["installation.png"] = scene3d.installation(made.arrangement)
-        run_folder.save_run(place, made.shown, made.certificate, facts, images=images, painted=painted)
-        if options.pictures:
-            with whole(place / "turntable.gif") as part:
-                scene3d.save_turntable(part, made.arrangement, painted)
-            heap = made.arrangement.problem.bodies, made.arrangement.matrices
-            with whole(place / "heap.html") as part:
-                part.write_text(gltf.page(*heap, painted))
-        for line in made.certificate.lines()[:20]:
-            print(f"rasp: {line}", file=sys.stderr)
-        print(
-            f"{place}: {len(made.arrangement.problem.bodies)} objects, {len(cameras)} views, likeness "
-            f"{made.of_ceiling.min():.1%} of the ceiling at least, ceiling {made.ceiling.min():.1%}; "
-            f"{'certified' if made.certificate.holds else 'NOT certified'}"
-        )
-        holds = holds and made.certificate.holds
+        print(f"{place}: {heap.headline().removeprefix('Sculpture of ')}")
+        holds = holds and heap.certificate.holds
     return 0 if holds else 1
 
 
@@ -200,34 +123,41 @@ def sweep(options: argparse.Namespace) -> int:
     import csv
 
     from ..packing import methods
+    from ..problem import Settings
     from .sweep import grid
     from .sweep import sweep as sweep_all
 
     _check_time(options)
     if options.seeds < 1:
         raise InputError(f"--seeds must be positive, got {options.seeds}")
-    varied = grid(lambda_=options.lambda_, epsilon=options.epsilon, seed=range(options.seeds))
+    method, count = _method(options), _count(options.count)
+    given = _given(options, *SWEPT)
+    weights = _given(options, "lambda_", "epsilon")
+    methods.refuse_ignored(method, {**given, **weights} | _counted(count))
+    if method == "paper":
+        weights = {"lambda_": [Settings.lambda_], "epsilon": [Settings.epsilon]} | weights
+    varied = grid(**weights, seed=range(options.seeds))
+    named = options.container.startswith(("box:", "auto"))
     fixed = {
         "objects": [str(Path(path).resolve()) for path in options.objects],
-        "container": options.container
-        if options.container.startswith(("box:", "auto"))
-        else str(Path(options.container).resolve()),
-        "count": _count(options.count),
-        **{name: getattr(options, name) for name in SWEPT},
+        "container": options.container if named else str(Path(options.container).resolve()),
+        "method": method,
+        "device": options.device,
+        **given,
+        **_counted(count),
     }
-    found = sweep_all(
-        methods.pack, [fixed | run for run in varied], options.out, options.workers, options.scheduler, progress=True
-    )
+    runs = [fixed | run for run in varied]
+    found = sweep_all(methods.pack, runs, options.out, options.workers, options.scheduler, progress=True)
     with whole(options.out / "sweep.csv") as part, part.open("w", newline="") as file:
         writer = csv.DictWriter(file, [*varied[0], *found[0]])
         writer.writeheader()
         writer.writerows(run | result for run, result in zip(varied, found, strict=True))
     best = max(range(len(found)), key=lambda i: (found[i]["certified"], found[i]["density"]))
     run, result = varied[best], found[best]
+    chosen = " ".join(f"--{name.strip('_')} {value:g}" for name, value in run.items())
     print(
         f"{options.out}: {len(found)} runs, {sum(r['certified'] for r in found)} certified; best density "
-        f"{result['density']:.4f} with {result['objects']} objects: --seed {run['seed']} --lambda {run['lambda_']:g} "
-        f"--epsilon {run['epsilon']:g}"
+        f"{result['density']:.4f} with {result['objects']} objects: {chosen}"
     )
     return 0 if result["certified"] else 1
 
@@ -270,6 +200,21 @@ def _removal(removed) -> str:
     if not removed.stuck:
         return "all objects can be taken out one by one by straight pulls"
     return f"{len(removed.stuck)} objects interlock, no straight pull takes them out: {', '.join(removed.stuck)}"
+
+
+def _given(options: argparse.Namespace, *names: str) -> dict:
+    """The options of these names that were given."""
+    values = {name: getattr(options, name) for name in names}
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def _counted(count: int | None) -> dict:
+    return {} if count is None else {"count": count}
+
+
+def _method(options: argparse.Namespace) -> str:
+    """The method that was named, else the paper's, or the kit's own for a box that is yet to be found."""
+    return options.method or ("dense" if options.container.split(":")[0] == "auto" else "paper")
 
 
 def _check_time(options: argparse.Namespace) -> None:

@@ -72,8 +72,8 @@ def _parser() -> _Parser:
 
     pack = added.add_parser("pack", help="pack objects into a container")
     _add_problem(pack)
-    pack.add_argument("--lambda", dest="lambda_", type=float, default=0.001, help="weight of Eq. 5 (default: 0.001)")
-    pack.add_argument("--epsilon", type=float, default=0.01, help="depth of Eq. 5 in metres (default: 0.01)")
+    pack.add_argument("--lambda", dest="lambda_", type=float, help="weight of Eq. 5 (default: 0.001)")
+    pack.add_argument("--epsilon", type=float, help="depth of Eq. 5 in metres (default: 0.01)")
     pack.add_argument("--seed", type=_seed, default=0)
     pack.add_argument("--settle", action="store_true", help="let the packing fall under gravity, and judge it anew")
     pack.add_argument("--out", type=Path, default=Path("out"), help="the run's folder (default: out)")
@@ -82,8 +82,8 @@ def _parser() -> _Parser:
     sweep = added.add_parser("sweep", help="pack with many seeds and weights at once, on Dask")
     _add_problem(sweep)
     sweep.add_argument("--seeds", type=int, default=8, metavar="N", help="the seeds 0 to N - 1 (default: 8)")
-    sweep.add_argument("--lambda", dest="lambda_", type=float, nargs="+", default=[0.001], help="one or more")
-    sweep.add_argument("--epsilon", type=float, nargs="+", default=[0.01], help="one or more, in metres")
+    sweep.add_argument("--lambda", dest="lambda_", type=float, nargs="+", help="one or more (default: 0.001)")
+    sweep.add_argument("--epsilon", type=float, nargs="+", help="one or more, in metres (default: 0.01)")
     sweep.add_argument("--workers", type=int, help="local processes (default: one for each core)")
     sweep.add_argument("--scheduler", metavar="ADDRESS", help="a running Dask cluster instead, tcp://HOST:8786")
     sweep.add_argument("--out", type=Path, default=Path("out"), help="finished runs are kept here (default: out)")
@@ -155,10 +155,10 @@ def _add_problem(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--method",
-        help="rasp: the paper's (default); dense: the kit's own (for auto); baselines: spectral, dblf, heightmap",
+        help="paper: the paper's (default); dense: the kit's own (for auto); baselines: spectral, dblf, heightmap",
     )
     parser.add_argument("--time-limit", type=float, metavar="S", help="seconds for the search")
     parser.add_argument("--effort", type=int, metavar="E", help="tries of --method dense, instead of seconds")
-    parser.add_argument("--iterations", type=int, default=1000, help="length of the optimisation (default: 1000)")
-    parser.add_argument("--resolution", type=_pixels, default=256, help="pixels along a silhouette (default: 256)")
+    parser.add_argument("--iterations", type=int, help="length of the optimisation (default: 1000)")
+    parser.add_argument("--resolution", type=_pixels, help="pixels along a silhouette (default: 256)")
     parser.add_argument("--device", default="auto", help="auto, cpu, cuda, cuda:1, mps (default: auto)")

@@ -117,7 +117,7 @@ def _name(function: Callable) -> str:
 def _key(function: Callable, run: Mapping) -> str:
     """A run's name: the function's, and a hash of its parameters. Raises InputError for what JSON cannot hold."""
     try:
-        text = json.dumps([_name(function), dict(run)], sort_keys=True)
+        text = json.dumps(dict(run), sort_keys=True)
     except TypeError as error:
         raise InputError(f"a run's parameters must be numbers, texts or lists of them: {error}") from error
     return f"{function.__name__}-{hashlib.sha256(text.encode()).hexdigest()[:16]}"

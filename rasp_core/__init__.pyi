@@ -1,0 +1,11 @@
+# The door: what `import rasp_core as rasp` offers, and where it is. Read at run time too (lazy-loader).
+from .api.assemble import assemble as assemble
+from .api.inputs import box as box
+from .api.inputs import load as load
+from .api.optimize import optimize as optimize
+from .api.pack import pack as pack
+from .api.sculpt import sculpt as sculpt
+from .util.errors import InputError as InputError
+from .visualize.panel import panel as panel
+
+__version__: str

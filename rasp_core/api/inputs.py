@@ -1,0 +1,48 @@
+"""What the door takes: objects from files, and containers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from ..geometry import containers, meshes
+from ..geometry.containers import Container, FreeBox
+from ..geometry.meshes import Body
+
+
+def load(files: str | Path | Iterable[str | Path]) -> list[Body]:
+    """The solid objects in mesh files (.obj .stl .ply .off .glb .3mf), or in folders of them, sorted by name; metres.
+
+    Raises MeshError for a file that bounds no solid, and InputError for one that is not there.
+
+    >>> import rasp_core as rasp, tempfile, trimesh
+    >>> folder = tempfile.mkdtemp()
+    >>> _ = trimesh.creation.box((0.1, 0.2, 0.3)).export(f"{folder}/brick.stl")
+    >>> [brick] = rasp.load(folder)
+    >>> brick.name, round(brick.volume, 6)
+    ('brick', 0.006)
+    """
+    return meshes.load_bodies([files] if isinstance(files, str | Path) else list(files))
+
+
+def box(x: float, y: float, z: float) -> Container:
+    """A container: a box of edges x, y, z in metres about the origin, z up. Raises InputError unless all are positive.
+
+    >>> import rasp_core as rasp
+    >>> rasp.box(0.3, 0.2, 0.2).volume
+    0.012
+    """
+    return containers.box((x, y, z))
+
+
+def as_bodies(parts: str | Path | Sequence[Body] | Sequence[str | Path]) -> list[Body]:
+    """Objects as they are, or from their files."""
+    if isinstance(parts, str | Path):
+        return load(parts)
+    parts = list(parts)
+    return parts if all(isinstance(part, Body) for part in parts) else load(parts)
+
+
+def as_container(container: str | Path | Container | FreeBox) -> Container | FreeBox:
+    """A container as it is, from its description as `containers.parse` has it, or from a mesh file."""
+    return containers.parse(str(container)) if isinstance(container, str | Path) else container

@@ -1,0 +1,147 @@
+"""One door for all ways to pack."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+
+from ..density import voxel_density
+from ..geometry.containers import Container, FreeBox
+from ..geometry.meshes import Body
+from ..packing import methods
+from ..physics import disassembly, gravity
+from ..problem import Settings
+from ..scene import resolve_device
+from ..util.errors import InputError
+from .inputs import as_bodies, as_container
+from .result import Result
+
+VOXELS = 160  # along the container's longest edge, in which the density is counted again
+
+
+@dataclass(frozen=True, repr=False)
+class PackingResult(Result):
+    """A packing of some of a pool's objects.
+
+    method : that found it. chosen : indices into the pool, in the order of `bodies`. pool : how many there were.
+    rounds : what each round left. losses : `(I, 5)` of every iteration of every round.
+    """
+
+    method: str
+    chosen: list[int]
+    pool: int
+    rounds: list[dict]
+    losses: np.ndarray
+    device: str
+
+    @property
+    def history(self) -> np.ndarray:
+        """`(I, 5)` losses of every iteration of every round, columns `objective.LOSS_NAMES`."""
+        return self.losses
+
+    def headline(self) -> str:
+        """What it is, in one line."""
+        return f"Packing {len(self.bodies)} of {self.pool} objects, density {self.density:.3f}, {self.verdict}"
+
+    def table(self) -> dict[str, str]:
+        """Its facts in words, for a small table."""
+        return {"method": self.method, **super().table(), "objects": f"{len(self.bodies)} of {self.pool}"}
+
+    def disassembly(self) -> disassembly.Removal:
+        """In which order the objects can be taken out by straight pulls, and which interlock."""
+        return disassembly.remove_all(self.bodies, self.matrices)
+
+    def settle(self) -> gravity.Settled:
+        """Where the objects come to rest under gravity, certified again."""
+        return gravity.settle(self.bodies, self.matrices, self.container)
+
+    def record(self) -> dict:
+        """Further entries of result.json: density by voxels too, and whether the objects come apart."""
+        voxel = float(np.ptp(self.container.bounds, axis=0).max()) / VOXELS
+        return {
+            "command": "pack",
+            "method": self.method,
+            "pool": self.pool,
+            "density": self.density,
+            "density_voxels": voxel_density(self.bodies, self.matrices, self.container, voxel),
+            "voxel": voxel,
+            "rounds": self.rounds,
+            "device": self.device,
+            "seconds": self.seconds,
+            "removal": self.disassembly().to_dict(),
+        }
+
+    def save(self, folder: str | Path, facts: Mapping | None = None, settled: gravity.Settled | None = None) -> Path:
+        """As `Result.save`; settled : the packing at rest, written as settled.glb beside it."""
+        from .run_folder import save_run
+
+        facts, scenes = self.record() | dict(facts or {}), {}
+        if settled is not None:
+            facts["settled"], scenes["settled.glb"] = settled.to_dict(), settled.matrices
+        return save_run(folder, self.arrangement, self.certificate, facts, self.losses, scenes)
+
+
+def pack(
+    parts: str | Path | Sequence[Body] | Sequence[str | Path],
+    container: str | Path | Container | FreeBox,
+    method: str | None = None,
+    *,
+    seed: int = 0,
+    count: int | None = None,
+    time_limit: float | None = None,
+    effort: int | None = None,
+    device: str = "auto",
+    progress: bool = False,
+    **settings,
+) -> PackingResult:
+    """Pack rigid objects into a container so that no two overlap, and certify it by exact booleans.
+
+    parts : objects, or the files that hold them. container : `rasp.box(...)`, a mesh file, "box:0.3,0.2,0.2", or
+    "auto", "auto:cube", "auto:0.3,0.2,*" for the smallest box that holds all objects.
+    method : "paper" (the default: Eq. 1 from random poses, then N = N_max), "dense" (the kit's own search, the default
+    of a box to be found), or a baseline, "spectral", "dblf", "heightmap".
+    count : exactly so many objects, without search ("paper"). time_limit : seconds. effort : tries ("dense").
+    settings : further ones by the names of `problem.Settings` (lambda_, epsilon, iterations, resolution, ...).
+
+    Raises InputError for a setting that the method would ignore, for objects larger than the container, or if not one
+    could be placed.
+
+    >>> import rasp_core as rasp
+    >>> from data_fetch import kitchen_like
+    >>> packed = rasp.pack(kitchen_like(6), rasp.box(0.3, 0.3, 0.3), method="spectral", time_limit=5)
+    >>> packed
+    <Packing 6 of 6 objects, density 0.080, certified>
+    """
+    began = time.monotonic()
+    bodies, room = as_bodies(parts), as_container(container)
+    method = methods.resolve_method(method, room)
+    given = {"count": count, "time_limit": time_limit, "effort": effort}
+    known = {field.name for field in fields(Settings)} - {"seed"}
+    if unknown := sorted(settings.keys() - known):
+        raise InputError(f"pack has no setting {', '.join(unknown)}; use some of {', '.join(sorted(known))}")
+    methods.refuse_ignored(method, {name: value for name, value in given.items() if value is not None} | settings)
+    chosen = resolve_device(device)
+    packed = methods.search(
+        method=method,
+        bodies=bodies,
+        container=room,
+        settings=Settings(seed=seed, **settings),
+        device=chosen,
+        progress=progress,
+        **given,
+    )
+    return PackingResult(
+        arrangement=packed.arrangement,
+        certificate=packed.certificate,
+        seconds=time.monotonic() - began,
+        method=method,
+        chosen=packed.chosen,
+        pool=len(bodies),
+        rounds=packed.rounds,
+        losses=packed.history,
+        device=str(chosen),
+    )

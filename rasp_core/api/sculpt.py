@@ -1,0 +1,266 @@
+"""Anamorphic art, at the door: heaps that show a different picture from each side."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..art import anamorphic, glyphs, texturing
+from ..art.anamorphic import Art
+from ..geometry.cameras import Camera
+from ..geometry.meshes import Body
+from ..io.images import read_targets
+from ..scene import resolve_device
+from ..util.errors import InputError
+from .inputs import as_bodies
+from .result import Result
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from PIL.Image import Image
+
+AZIMUTHS_DEG = {2: [0.0, 90.0], 3: [0.0, 120.0, 240.0], 4: [0.0, 45.0, 90.0, 135.0]}  # of the views, by their number
+LEAST_RESOLUTION = 32  # pixels
+
+
+@dataclass(frozen=True, repr=False)
+class SculptureResult(Result):
+    """One heap. art : its pictures, their visual hull, how the search went. painted : its colours, None if it has
+    none; psnr, ssim `(K,)`: how like the pictures it then is."""
+
+    art: Art
+    device: str
+    painted: texturing.Painted | None = None
+    psnr: np.ndarray | None = None
+    ssim: np.ndarray | None = None
+
+    @property
+    def notes(self) -> list[str]:
+        """In words, where the pictures contradict each other."""
+        return anamorphic.disagreements(self.art.pictures, self.art.hull, self.arrangement.cameras)
+
+    def headline(self) -> str:
+        """What it is, in one line."""
+        views, ceiling = len(self.arrangement.cameras), self.art.ceiling.min()
+        return (
+            f"Sculpture of {len(self.bodies)} objects, {views} views, likeness {self.art.of_ceiling.min():.1%} of the "
+            f"ceiling at least, ceiling {ceiling:.1%}; {'certified' if self.certificate.holds else 'NOT certified'}"
+        )
+
+    def table(self) -> dict[str, str]:
+        """Its facts in words, for a small table."""
+        rows = {"objects": str(len(self.bodies)), "certificate": self.verdict}
+        for camera, likeness, ceiling in zip(
+            self.arrangement.cameras, self.art.likeness, self.art.ceiling, strict=True
+        ):
+            rows[f"likeness {camera.direction}"] = f"{likeness:.1%} (ceiling {ceiling:.1%})"
+        if self.psnr is not None:
+            rows["painted"] = f"PSNR {self.psnr.min():.1f} dB, SSIM {self.ssim.min():.2f} at least"
+        return rows
+
+    def record(self) -> dict:
+        """Further entries of result.json."""
+        facts = {"command": "art", **self.art.to_dict(), "device": self.device, "seconds": self.seconds}
+        if self.painted is not None:
+            facts |= {"psnr": self.psnr.tolist(), "ssim": self.ssim.tolist()}
+        return facts
+
+    def show(self, size: tuple[int, int] = (800, 700), **look) -> Image:
+        """As `Result.show`, in its own colours if it is painted."""
+        return super().show(size, **({"painted": self.painted} | look))
+
+    def installation(self) -> np.ndarray:
+        """`(H, W, 3)` uint8: the heap in a dark room, its shadows on the walls."""
+        from ..visualize.scene3d import installation
+
+        return installation(self.arrangement)
+
+    def save(self, folder: str | Path, facts: Mapping | None = None, pictures: bool = False) -> Path:
+        """As `Result.save`, with the targets, and painted.png; pictures : also installation.png, turntable.gif, and
+        heap.html, in which the heap is turned with the mouse."""
+        from .run_folder import save_run
+
+        images = {f"target_{k + 1}.png": np.where(t, 0, 255).astype(np.uint8) for k, t in enumerate(self.art.pictures)}
+        if self.painted is not None:
+            images["painted.png"] = (255 * np.concatenate(self.painted.images, 1)).astype(np.uint8)
+        if pictures:
+            images["installation.png"] = self.installation()
+        record = self.record() | dict(facts or {})
+        shown = self.art.shown
+        place = save_run(folder, shown, self.certificate, record, images=images, painted=self.painted)
+        if pictures:
+            self._save_moving(place)
+        return place
+
+    def _save_moving(self, folder: Path) -> None:
+        from ..io.atomic_files import whole
+        from ..visualize import gltf, scene3d
+
+        with whole(folder / "turntable.gif") as part:
+            scene3d.save_turntable(part, self.arrangement, self.painted)
+        with whole(folder / "heap.html") as part:
+            part.write_text(gltf.page(self.bodies, self.matrices, self.painted))
+
+
+class SculptureRow(Sequence[SculptureResult]):
+    """Heaps in a row, one for each place in words of several letters. It shows, plots and saves as one result does."""
+
+    def __init__(self, heaps: Sequence[SculptureResult]):
+        self.heaps = tuple(heaps)
+
+    def __len__(self) -> int:
+        return len(self.heaps)
+
+    def __getitem__(self, index):
+        return self.heaps[index]
+
+    def __iter__(self) -> Iterator[SculptureResult]:
+        return iter(self.heaps)
+
+    def __repr__(self) -> str:
+        return f"<{len(self.heaps)} sculptures: {', '.join(heap.headline() for heap in self.heaps)}>"
+
+    def _repr_html_(self) -> str:
+        return "".join(heap._repr_html_() for heap in self.heaps)
+
+    def show(self, size: tuple[int, int] = (400, 400), **look) -> Image:
+        """The heaps side by side."""
+        from PIL import Image
+
+        return Image.fromarray(np.concatenate([np.asarray(heap.show(size, **look)) for heap in self.heaps], 1))
+
+    def plot(self) -> list[Figure]:
+        """A figure for each heap."""
+        return [heap.plot() for heap in self.heaps]
+
+    def save(self, folder: str | Path, facts: Mapping | None = None, pictures: bool = False) -> Path:
+        """A run's folder for each heap, `1`, `2`, ... in a folder."""
+        for number, heap in enumerate(self.heaps):
+            heap.save(Path(folder) / f"{number + 1}", facts, pictures)
+        return Path(folder)
+
+
+def sculpt(
+    parts: str | Path | Sequence[Body] | Sequence[str | Path],
+    targets: Sequence[str | Path] | None = None,
+    *,
+    text: Sequence[str] | None = None,
+    azimuths_deg: Sequence[float] | None = None,
+    elevations_deg: Sequence[float] | None = None,
+    projection: str = "orthographic",
+    width: float | None = None,
+    count: int | None = None,
+    resolution: int = 512,
+    time_limit: float | None = 120.0,
+    paint: bool = False,
+    seed: int = 0,
+    device: str = "auto",
+    progress: bool = False,
+) -> SculptureResult | SculptureRow:
+    """Heap objects up, each as often as is wanted, so that each side shows another picture.
+
+    targets : two to four picture files (alpha, or dark on a light ground), one for each view. text : words of one
+    length instead, one for each view; words of several letters make a `SculptureRow`, a heap for each place in them.
+    azimuths_deg, elevations_deg : of the views; 0 and 90, or 0, 120, 240, or 0, 45, 90, 135, level, if None.
+    width : of the pictures in metres, chosen if None. count : objects, at most. resolution : pixels along a picture.
+    time_limit : seconds after which no other width is tried. paint : the pictures' colours onto the heap.
+
+    Raises InputError unless targets or text is given, and for views that do not match them.
+
+    >>> import rasp_core as rasp
+    >>> from data_fetch import kitchen_like
+    >>> heap = rasp.sculpt(kitchen_like(4), text=["L", "T"], resolution=64, width=0.6, count=30)
+    >>> heap.certificate.holds, len(heap.arrangement.cameras)
+    (True, 2)
+    """
+    heaps = list(
+        each_heap(
+            parts,
+            targets,
+            text=text,
+            azimuths_deg=azimuths_deg,
+            elevations_deg=elevations_deg,
+            projection=projection,
+            width=width,
+            count=count,
+            resolution=resolution,
+            time_limit=time_limit,
+            paint=paint,
+            seed=seed,
+            device=device,
+            progress=progress,
+        )
+    )
+    return heaps[0] if len(heaps) == 1 else SculptureRow(heaps)
+
+
+def each_heap(
+    parts,
+    targets=None,
+    *,
+    text,
+    azimuths_deg,
+    elevations_deg,
+    projection,
+    width,
+    count,
+    resolution,
+    time_limit,
+    paint,
+    seed,
+    device,
+    progress,
+) -> Iterator[SculptureResult]:
+    """The heaps of `sculpt`, each as soon as it is made."""
+    for name, value, least in (("--resolution", resolution, LEAST_RESOLUTION), ("--count", count, 1)):
+        if value is not None and value < least:
+            raise InputError(f"{name} must be at least {least}, got {value}")
+    if (targets is None) == (text is None):
+        raise InputError("a sculpture needs pictures (targets) or words (text); give one of them")
+    if text is not None and paint:
+        raise InputError("letters have no colours; --paint needs pictures, --targets")
+    cameras = _cameras(len(targets or text), azimuths_deg, elevations_deg, width, projection)
+    chosen, colours = resolve_device(device), None
+    if targets is not None:
+        pictures, colours = read_targets(targets, resolution)
+        wanted = [pictures]
+    else:
+        wanted = glyphs.letters(text, resolution, square=any(camera.elevation_deg for camera in cameras))
+    pool = as_bodies(parts)
+    for pictures in wanted:
+        began = time.monotonic()
+        made = anamorphic.sculpt(
+            pool,
+            pictures,
+            cameras,
+            count=count,
+            width=width,
+            seed=seed,
+            device=chosen,
+            time_limit=time_limit,
+            progress=progress,
+            colours=colours if paint else None,
+        )
+        painted = psnr = ssim = None
+        if paint:
+            run = made.arrangement
+            painted = texturing.Canvas(run.problem.bodies, run.matrices, run.cameras, resolution).paint(colours)
+            psnr, ssim = texturing.measure(painted, colours)
+        seconds = time.monotonic() - began
+        yield SculptureResult(made.arrangement, made.certificate, seconds, made, str(chosen), painted, psnr, ssim)
+
+
+def _cameras(count, azimuths_deg, elevations_deg, width: float | None, projection: str) -> list[Camera]:
+    azimuths = list(azimuths_deg or AZIMUTHS_DEG.get(count, [0.0] * count))
+    elevations = list(elevations_deg or [0.0] * len(azimuths))
+    if not count == len(azimuths) == len(elevations):
+        raise InputError(
+            f"each of {count} pictures needs an azimuth and an elevation, got {len(azimuths)}, {len(elevations)}"
+        )
+    angles = zip(azimuths, elevations, strict=True)
+    return [Camera(*pair, width or 1.0, projection=projection) for pair in angles]

@@ -1,0 +1,69 @@
+"""Packing at the door: any method, one result, and nothing that would be ignored."""
+
+import json
+
+import numpy as np
+import pytest
+
+import rasp_core as rasp
+from data_fetch import kitchen_like
+from rasp_core.exact.certificate import certify
+from rasp_core.packing import dense
+from rasp_core.problem import Settings
+from rasp_core.util.errors import InputError
+
+BOX = rasp.box(0.25, 0.25, 0.25)
+
+
+@pytest.fixture(scope="module")
+def packed():
+    return rasp.pack(kitchen_like(6), BOX, method="dense", effort=2, seed=1)
+
+
+def test_the_door_gives_what_the_method_finds(packed):
+    alone = dense.pack(kitchen_like(6), BOX, settings=Settings(seed=1), effort=2)
+    assert np.array_equal(packed.matrices, alone.arrangement.matrices)
+    assert packed.chosen == alone.chosen
+    assert packed.certificate == certify(packed.bodies, packed.matrices, BOX)
+
+
+def test_it_says_what_it_is(packed):
+    assert repr(packed) == f"<Packing 6 of 6 objects, density {packed.density:.3f}, certified>"
+    html = packed._repr_html_()
+    assert "dense" in html
+    assert "6 of 6" in html
+    assert "data:image" in html
+
+
+def test_it_is_kept_as_a_runs_folder(packed, tmp_path):
+    folder = packed.save(tmp_path / "run", {"note": "kept"})
+    record = json.loads((folder / "result.json").read_text())
+    assert record["method"] == "dense"
+    assert record["note"] == "kept"
+    assert record["density"] == pytest.approx(record["density_voxels"], rel=0.03)
+    assert len(record["removal"]["order"]) == 6
+    assert {path.name for path in folder.iterdir()} >= {"scene.glb", "history.csv", "silhouettes.png"}
+
+
+def test_one_method_of_few_objects_settles(packed, tmp_path):
+    settled = packed.settle()
+    folder = packed.save(tmp_path / "run", settled=settled)
+    assert (folder / "settled.glb").exists()
+    assert "settled" in json.loads((folder / "result.json").read_text())
+
+
+@pytest.mark.parametrize(
+    ("method", "settings", "says"),
+    [
+        ("dense", {"lambda_": 1.0}, "method dense does not use"),
+        ("dense", {"iterations": 10}, "method dense does not use"),
+        ("spectral", {"effort": 3}, "method spectral does not use"),
+        ("paper", {"effort": 3}, "method paper does not use"),
+        ("dense", {"count": 3}, "method dense does not use"),
+        ("paper", {"lamda": 3}, "pack has no setting lamda"),
+        ("magic", {}, "unknown"),
+    ],
+)
+def test_what_would_be_ignored_is_refused(method, settings, says):
+    with pytest.raises(InputError, match=says):
+        rasp.pack(kitchen_like(2), BOX, method=method, **settings)
