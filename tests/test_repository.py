@@ -22,8 +22,8 @@ ROOT = Path(__file__).resolve().parent.parent
 ORDER = [
     "errors", "files", "o3d", "engine", "untrusted", "meshes", "poses", "cameras", "sdf", "kernels", "kernels_surface",
     "kernels_silhouettes",
-    "containers", "forces", "outlines", "silhouettes", "losses", "contact", "scene", "problem", "checkpoint", "arrange",
-    "budget",
+    "containers", "forces", "outlines", "silhouettes", "losses", "contact", "scene", "problem", "checkpoint", "adam",
+    "arrange", "budget",
     "certify", "density", "packing", "voxels", "baselines", "mending", "pressing", "rasp", "dense",
     "kernels_stiffness", "kernels_relaxing", "relaxing", "moves", "smallest", "jobs",
     "removal", "physics", "pictures", "hulls", "matching", "kernels_docking", "docking", "jigsaw", "assembly",
