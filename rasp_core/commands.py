@@ -12,6 +12,7 @@ from pathlib import Path
 
 from .errors import InputError
 from .files import whole
+from .loading import loading
 
 SWEPT = (
     *("method", "time_limit", "effort", "repeat", "fit_objects", "iterations", "resolution", "device"),
@@ -22,9 +23,10 @@ AZIMUTHS = {2: [0.0, 90.0], 3: [0.0, 120.0, 240.0], 4: [0.0, 45.0, 90.0, 135.0]}
 
 def pack(options: argparse.Namespace) -> int:
     """Pack objects into a container."""
-    from . import density, jobs, physics, removal, results
-    from .problem import Settings
-    from .scene import resolve_device
+    with loading():
+        from . import density, jobs, physics, removal, results
+        from .problem import Settings
+        from .scene import resolve_device
 
     began = time.monotonic()
     count = _count(options.count)
@@ -75,9 +77,10 @@ def pack(options: argparse.Namespace) -> int:
 
 def assemble(options: argparse.Namespace) -> int:
     """Put the parts of a broken thing back together."""
-    from . import assembly, containers, meshes, packing, pictures, results
-    from .cameras import Camera
-    from .problem import Settings
+    with loading():
+        from . import assembly, containers, meshes, packing, pictures, results
+        from .cameras import Camera
+        from .problem import Settings
 
     began = time.monotonic()
     folder = results.check_writable(options.out)
@@ -117,11 +120,12 @@ def assemble(options: argparse.Namespace) -> int:
 
 def art(options: argparse.Namespace) -> int:
     """Heap objects up so that each side shows another picture."""
-    import numpy as np
+    with loading():
+        import numpy as np
 
-    from . import anamorphic, glb, lettering, meshes, painting, pictures, results, show
-    from .cameras import Camera
-    from .scene import resolve_device
+        from . import anamorphic, glb, lettering, meshes, painting, pictures, results, show
+        from .cameras import Camera
+        from .scene import resolve_device
 
     _check_time(options)
     for name, value, least in (("--resolution", options.resolution, 32), ("--count", options.count, 1)):
@@ -188,9 +192,10 @@ def sweep(options: argparse.Namespace) -> int:
     """Pack with many seeds and weights at once."""
     import csv
 
-    from . import jobs
-    from .sweep import grid
-    from .sweep import sweep as sweep_all
+    with loading():
+        from . import jobs
+        from .sweep import grid
+        from .sweep import sweep as sweep_all
 
     _check_time(options)
     if options.seeds < 1:
@@ -223,10 +228,11 @@ def sweep(options: argparse.Namespace) -> int:
 
 def check(options: argparse.Namespace) -> int:
     """Certificate and density of a run."""
-    import numpy as np
+    with loading():
+        import numpy as np
 
-    from . import density, glb, removal
-    from .certify import certify
+        from . import density, glb, removal
+        from .certify import certify
 
     bodies, container = glb.read_scene(options.scene)
     stay = np.tile(np.eye(4), (len(bodies), 1, 1))
