@@ -21,6 +21,7 @@ from .problem import Problem, Settings
 from .query_points import query_lattice
 from .scene import Scene
 from .silhouettes import render
+from .util.adam import Adam
 from .util.errors import InputError
 
 NEIGHBOUR_LIFE = 10  # iterations for which its neighbours are kept
@@ -103,7 +104,7 @@ def optimize(
     targets = _targets(problem, scene, settings.resolution)
     lattice = query_lattice(scene.container, settings.query_points, scene.device, scene.dtype)
     variables = _Variables(start, scene, settings)
-    optimiser = torch.optim.Adam(variables.parameters, lr=settings.learning_rate)
+    optimiser = Adam(variables.parameters)
     rows: list[Tensor] = []
     identity = {"settings": asdict(settings), "bodies": [body.digest for body in scene.bodies], "movers": scene.movers}
     kept = checkpoints.load(checkpoint, identity, scene.device) if checkpoint else None
@@ -122,10 +123,9 @@ def optimize(
                 if settings.contact_weight and iteration % NEIGHBOUR_LIFE == 0:
                     near = find_neighbours(scene, rotation, translation, settings)
                 values, images = objective(scene, rotation, translation, targets, points, settings, iteration, near)
-                optimiser.zero_grad(set_to_none=True)
+                optimiser.zero_grad()
                 values[..., 0].sum().backward()
-                variables.set_rate(optimiser, settings.rate(iteration))
-                optimiser.step()
+                optimiser.step(variables.rates(settings.rate(iteration)))
                 rows.append(values.detach())
                 bar.update()
                 if progress and iteration % 20 == 0:
@@ -180,8 +180,8 @@ class _Variables:
         self.shift = torch.zeros_like(self.translation[..., : self.movers, :], requires_grad=True)
 
     @property
-    def parameters(self):
-        return [{"params": [self.turn]}, {"params": [self.shift]}]
+    def parameters(self) -> list[Tensor]:
+        return [self.turn, self.shift]
 
     def state(self, iteration: int, optimiser, rows: list[Tensor]) -> dict:
         """All that the next iteration depends on."""
@@ -213,9 +213,8 @@ class _Variables:
         obstacles = self.rotation[..., self.movers :, :, :], self.translation[..., self.movers :, :]
         return torch.cat([rotation, obstacles[0]], -3), torch.cat([translation, obstacles[1]], -2)
 
-    def set_rate(self, optimiser, rate: float) -> None:
-        for group, factor in zip(optimiser.param_groups, (self.turn_rate, 1.0), strict=True):
-            group["lr"] = rate * factor
+    def rates(self, rate: float) -> list[float]:
+        return [rate * self.turn_rate, rate]
 
 
 def _targets(problem: Problem, scene: Scene, resolution: int) -> Tensor:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from ..io.atomic_files import whole
 from ..util.errors import InputError
+from ..util.loading import loading
 
 SETTINGS = ("lambda_", "epsilon", "iterations", "resolution")  # options that are fields of `problem.Settings`
 SWEPT = ("time_limit", "effort", "repeat", "fit_objects", "azimuths_deg", "elevations_deg", "iterations", "resolution")
@@ -18,9 +19,10 @@ SWEPT = ("time_limit", "effort", "repeat", "fit_objects", "azimuths_deg", "eleva
 
 def pack(options: argparse.Namespace) -> int:
     """Pack objects into a container."""
-    from ..api.pack import pack as pack_parts
-    from ..api.run_folder import check_writable
-    from ..packing import methods
+    with loading():
+        from ..api.pack import pack as pack_parts
+        from ..api.run_folder import check_writable
+        from ..packing import methods
 
     count = _count(options.count)
     _check_time(options)
@@ -60,8 +62,9 @@ def pack(options: argparse.Namespace) -> int:
 
 def assemble(options: argparse.Namespace) -> int:
     """Put the parts of a broken thing back together."""
-    from ..api.assemble import assemble as assemble_parts
-    from ..api.run_folder import check_writable
+    with loading():
+        from ..api.assemble import assemble as assemble_parts
+        from ..api.run_folder import check_writable
 
     folder = check_writable(options.out)
     assembled = assemble_parts(
@@ -83,8 +86,9 @@ def assemble(options: argparse.Namespace) -> int:
 
 def art(options: argparse.Namespace) -> int:
     """Heap objects up so that each side shows another picture."""
-    from ..api.run_folder import check_writable
-    from ..api.sculpt import each_heap
+    with loading():
+        from ..api.run_folder import check_writable
+        from ..api.sculpt import each_heap
 
     _check_time(options)
     folder, holds = check_writable(options.out), True
@@ -122,10 +126,11 @@ def sweep(options: argparse.Namespace) -> int:
     """Pack with many seeds and weights at once."""
     import csv
 
-    from ..packing import methods
-    from ..problem import Settings
-    from .sweep import grid
-    from .sweep import sweep as sweep_all
+    with loading():
+        from ..packing import methods
+        from ..problem import Settings
+        from .sweep import grid
+        from .sweep import sweep as sweep_all
 
     _check_time(options)
     if options.seeds < 1:
@@ -164,12 +169,13 @@ def sweep(options: argparse.Namespace) -> int:
 
 def check(options: argparse.Namespace) -> int:
     """Certificate and density of a run."""
-    import numpy as np
+    with loading():
+        import numpy as np
 
-    from .. import density
-    from ..exact.certificate import certify
-    from ..physics import disassembly
-    from ..visualize import gltf
+        from .. import density
+        from ..exact.certificate import certify
+        from ..physics import disassembly
+        from ..visualize import gltf
 
     bodies, container = gltf.read_scene(options.scene)
     stay = np.tile(np.eye(4), (len(bodies), 1, 1))

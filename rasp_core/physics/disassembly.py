@@ -47,15 +47,16 @@ def remove_all(
     if rays < 2:
         raise InputError(f"at least 2 rays along an edge are needed, got {rays}")
     pulls = spread_pulls() if pulls is None else np.asarray(pulls, np.float64)
-    scene, points = _scene(bodies, matrices)
-    lines: dict[tuple, np.ndarray] = {}
     blocks = np.zeros((len(pulls), len(bodies), len(bodies)), bool)
-    for k, pull in enumerate(pulls):
-        opposite = tuple(np.round(-pull, 9) + 0.0)
-        if opposite in lines:
-            blocks[k] = lines[opposite].T
-        else:
-            blocks[k] = lines[tuple(np.round(pull, 9) + 0.0)] = _behind(scene, points, pull, len(bodies), rays)
+    if len(bodies) > 1:  # one alone is free; no rays, and no open3d to cast them
+        scene, points = _scene(bodies, matrices)
+        lines: dict[tuple, np.ndarray] = {}
+        for k, pull in enumerate(pulls):
+            opposite = tuple(np.round(-pull, 9) + 0.0)
+            if opposite in lines:
+                blocks[k] = lines[opposite].T
+            else:
+                blocks[k] = lines[tuple(np.round(pull, 9) + 0.0)] = _behind(scene, points, pull, len(bodies), rays)
     left, order = np.ones(len(bodies), bool), []
     while left.any():
         free = left & ~(blocks & left).any(2)

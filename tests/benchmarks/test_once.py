@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+import trimesh
 from conftest import case, pool
 
 from rasp_core import poses
@@ -62,6 +63,19 @@ def test_import(benchmark):
     benchmark.pedantic(
         subprocess.run, ([sys.executable, "-c", "import rasp_core.packing.result"],), rounds=5, warmup_rounds=1
     )
+
+
+@pytest.mark.benchmark(group="whole runs, each in a new process")
+@pytest.mark.parametrize("cache", ["cold", "warm"])
+def test_pack_one_part(benchmark, tmp_path, cache):
+    """`rasp pack` of one part into a box, from the interpreter's start to its end: hardly any of it is work."""
+    trimesh.creation.cylinder(0.025, 0.05).export(tmp_path / "one.stl")
+    command = [sys.executable, "-m", "rasp_core", "pack", str(tmp_path / "one.stl"), "--container", "box:0.3,0.3,0.3"]
+    command += ["--out", str(tmp_path / "out")]
+    environment = {"RASP_CACHE": str(tmp_path / "s"), "NUMBA_CACHE_DIR": str(tmp_path / "n")} if cache == "cold" else {}
+    options = {"check": True, "capture_output": True, "env": {**os.environ, **environment}}
+    rounds, warmup = (1, 0) if cache == "cold" else (3, 1)
+    benchmark.pedantic(subprocess.run, (command,), options, rounds=rounds, warmup_rounds=warmup)
 
 
 @pytest.mark.benchmark(group="set-up and certificate")

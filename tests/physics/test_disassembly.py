@@ -73,3 +73,10 @@ def test_pulls_come_with_their_opposites():
 def test_too_few_rays_are_refused():
     with pytest.raises(InputError, match="2 rays"):
         disassembly.remove_all([BLOCK], at((0, 0, 0)), rays=1)
+
+
+def test_one_alone_is_taken_out_by_the_first_pull():
+    found = disassembly.remove_all([BLOCK], at((0, 0, 0)))
+    assert found.order == [("block", [0, 0, 1])]
+    assert not found.stuck
+    assert disassembly.remove_all([BLOCK], at((0, 0, 0)), pulls=np.zeros((0, 3))).stuck == ["block"]

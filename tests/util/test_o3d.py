@@ -23,3 +23,12 @@ def test_a_caster_numbers_surfaces_in_their_order():
     hit = scene.cast_rays(ray)
     assert np.allclose(hit["t_hit"].numpy(), 1, atol=1e-6)
     assert hit["geometry_ids"].numpy() == 1
+
+
+def test_open3d_comes_without_a_web_server_and_leaves_dash_to_others():
+    code = (
+        "import sys; from rasp_core.util import o3d; o3d.load(); print('dash' in sys.modules, 'flask' in sys.modules); "
+    )
+    code += "from dash import html; print(html.Div.__name__)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["False", "False", "Div"]
