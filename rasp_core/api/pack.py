@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -51,7 +52,8 @@ class PackingResult(Result):
         """Its facts in words, for a small table."""
         return {"method": self.method, **super().table(), "objects": f"{len(self.bodies)} of {self.pool}"}
 
-    def disassembly(self) -> disassembly.Removal:
+    @cached_property
+    def removal(self) -> disassembly.Removal:
         """In which order the objects can be taken out by straight pulls, and which interlock."""
         return disassembly.remove_all(self.bodies, self.matrices)
 
@@ -72,7 +74,7 @@ class PackingResult(Result):
             "rounds": self.rounds,
             "device": self.device,
             "seconds": self.seconds,
-            "removal": self.disassembly().to_dict(),
+            "removal": self.removal.to_dict(),
         }
 
     def save(self, folder: str | Path, facts: Mapping | None = None, settled: gravity.Settled | None = None) -> Path:

@@ -50,12 +50,11 @@ def pack(options: argparse.Namespace) -> int:
         progress=True,
         **_given(options, *SETTINGS),
     )
-    removed = packed.disassembly()
-    print(f"rasp: {_removal(removed)}", file=sys.stderr)
+    print(f"rasp: {_removal(packed.removal)}", file=sys.stderr)
     settled = packed.settle() if options.settle else None
     for line in settled.lines() if settled else ():
         print(f"rasp: {line}", file=sys.stderr)
-    packed.save(folder, {"object_scale": scale, "removal": removed.to_dict()}, settled)
+    packed.save(folder, {"object_scale": scale}, settled)
     _say(len(packed.bodies), packed.density, packed.certificate, folder)
     return 0 if packed.certificate.holds else 1
 
