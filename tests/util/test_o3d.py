@@ -26,10 +26,8 @@ def test_a_caster_numbers_surfaces_in_their_order():
 
 
 def test_open3d_comes_without_a_web_server_and_leaves_dash_to_others():
-    code = (
-        "import sys; from rasp_core.util import o3d; o3d.load(); "
+    code = "import sys; from rasp_core.util import o3d; o3d.load(); "
     code += "print('dash' in sys.modules, 'flask' in sys.modules); "
-    )
     code += "from dash import html; print(html.Div.__name__)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["False", "False", "Div"]
