@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Iterable
 from types import ModuleType
 
@@ -10,8 +11,17 @@ import numpy as np
 
 
 def load() -> ModuleType:
-    """The module open3d, its web visualiser left off."""
+    """The module open3d, its web visualiser left off, and no channel opened to a notebook's page."""
     os.environ["OPEN3D_DISABLE_WEB_VISUALIZER"] = "true"
+    if "open3d" not in sys.modules:
+        import comm
+
+        # open3d imports dash for a plot that is not used here; in a notebook dash opens a channel that no page answers
+        opened, comm.create_comm = comm.create_comm, comm.DummyComm
+        try:
+            import open3d
+        finally:
+            comm.create_comm = opened
     import open3d
 
     return open3d
