@@ -23,8 +23,8 @@ $(READY): requirements.lock pyproject.toml tools/system_libraries.py
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --editable .
 	@touch $@
 
-figures: $(READY) ## run the figure notebooks and compare their facts (SCALE=quick or paper)
-	$(BIN)/rasp figures --scale $(or $(SCALE),quick)
+figures: $(READY) ## run the figure notebooks into out/ and compare their facts (SCALE=quick or paper, NAMES="...": those)
+	$(BIN)/rasp figures $(NAMES) --scale $(or $(SCALE),quick)
 
 gallery: $(READY) ## write paper_figures/README.md, out/gallery.html with scenes to turn, and the numbers in prose, from claims and facts
 	$(BIN)/python -c "from rasp_core.reproduce import gallery as g; g.write('paper_figures'); g.write_html('paper_figures', 'out/gallery.html')"

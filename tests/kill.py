@@ -61,7 +61,7 @@ def swept(out: Path) -> tuple[list[dict], int]:
 
 def drawn(out: Path) -> tuple[dict, bytes]:
     """A figure's facts and picture."""
-    figures = out / "paper_figures"
+    figures = out / "out" / "figures" / "quick"
     facts = json.loads((figures / "01_test.json").read_text())
     facts.pop("seconds")
     return facts, (figures / "01_test.png").read_bytes()
@@ -71,7 +71,7 @@ def draw(folder: Path, out: Path) -> tuple[str, ...]:
     """The command that runs a notebook of its own in `out`."""
     (out / "notebooks").mkdir(parents=True, exist_ok=True)
     (out / "paper_figures").mkdir(exist_ok=True)
-    parameters = nbformat.v4.new_code_cell('out = "../paper_figures"', metadata={"tags": ["parameters"]})
+    parameters = nbformat.v4.new_code_cell('out = "../out/figures/quick"', metadata={"tags": ["parameters"]})
     cells = [parameters, nbformat.v4.new_code_cell(NOTEBOOK)]
     nbformat.write(nbformat.v4.new_notebook(cells=cells), out / "notebooks" / "01_test.ipynb")
     expected = {"quick": {"answer": {"status": "reproduced", "equals": 42}}}

@@ -248,3 +248,37 @@ def test_notebooks_store_their_figures_as_pictures():
                 data = output.get("data", {})
                 bare = re.match(r"<(Figure|matplotlib)", data.get("text/plain", "")) and not data.keys() & {"image/png"}
                 assert not bare, f"{path.name}: a figure is stored in words, {data['text/plain']}"
+
+
+KB = 1000  # bytes
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "notebooks").rglob("*.ipynb")), ids=lambda path: path.stem)
+def test_notebooks_are_small(path):
+    assert path.stat().st_size <= 600 * KB
+
+
+@pytest.mark.skipif(not (ROOT / ".git").exists(), reason="an export, in which nothing says what is stored")
+def test_stored_figures_are_small_and_without_pdfs():
+    listed = subprocess.run(
+        ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard", "paper_figures"],
+        cwd=ROOT, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    paths = [ROOT / name for name in listed.stdout.split("\0") if name and (ROOT / name).exists()]
+    assert paths
+    assert sum(path.stat().st_size for path in paths) <= 8000 * KB
+    assert not [path.name for path in paths if path.suffix == ".pdf"]
+
+
+def test_notebooks_run_by_hand_leave_the_stored_figures_alone():
+    for path in (ROOT / "notebooks").glob("[0-9][0-9]_*.ipynb"):
+        cells = nbformat.read(path, as_version=4).cells
+        (parameters,) = (cell.source for cell in cells if "parameters" in cell.metadata.get("tags", []))
+        assert 'out = "../out/figures/quick"' in parameters, path.name
+        assert not any("paper_figures" in cell.source for cell in cells if cell.cell_type == "code"), path.name
+
+
+def test_ci_makes_figures_and_looks_whether_the_checkout_has_changed():
+    steps = (ROOT / ".ci" / "run").read_text()
+    assert "set -euo pipefail" in steps
+    assert steps.index("make figures NAMES=") < steps.index("make test") < steps.index("git status --porcelain")

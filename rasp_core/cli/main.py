@@ -134,7 +134,7 @@ def _parser() -> _Parser:
         "--scale", default="quick", choices=["quick", "paper"], help="embedded data, or the real pools"
     )
     figures.add_argument(
-        "--store", action="store_true", help="keep the executed notebooks, with outputs, in notebooks/"
+        "--store", action="store_true", help="keep figures in paper_figures/, and quick notebooks in notebooks/"
     )
     figures.set_defaults(run=commands.figures)
     return parser

@@ -5,7 +5,9 @@ V is always `(V, 3)` float64, F is `(F, 3)` int64 with outward-facing, counter-c
 
 from __future__ import annotations
 
+import atexit
 import hashlib
+import weakref
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -60,6 +62,7 @@ class Body:
     @cached_property
     def manifold(self) -> manifold3d.Manifold:
         """The solid for exact booleans, centred on the origin."""
+        _WITH_SOLID.add(self)
         return to_manifold(self.solid_vertices, self.solid_faces)
 
     def placed(self, matrix: np.ndarray) -> np.ndarray:
@@ -70,6 +73,16 @@ class Body:
         """The body with every length multiplied by `factor`."""
         lengths = {key: getattr(self, key) * factor for key in ("vertices", "solid_vertices", "centre")}
         return replace(self, **lengths, volume=self.volume * factor**3)
+
+
+_WITH_SOLID: weakref.WeakSet[Body] = weakref.WeakSet()
+
+
+@atexit.register
+def _release_solids() -> None:
+    """Bodies that something holds to the very end let go of their solids, which manifold3d would report as leaks."""
+    for body in list(_WITH_SOLID):
+        vars(body).pop("manifold", None)
 
 
 class Alike:
@@ -136,7 +149,8 @@ def make_body(name: str, vertices: np.ndarray, faces: np.ndarray) -> Body:
     with: no faces, rows of other than three numbers, coordinates that are not finite, an open surface that cannot be
     closed, no volume.
     """
-    vertices, faces = np.asarray(vertices, np.float64), np.asarray(faces, np.int64)
+    # copies: arrays of manifold3d are windows into its own memory, which a body would keep
+    vertices, faces = np.array(vertices, np.float64), np.array(faces, np.int64)
     if vertices.size % 3 or faces.size % 3:
         raise MeshError(f"{name}: vertices and faces need three numbers each; export it as a triangle mesh")
     vertices, faces = vertices.reshape(-1, 3), faces.reshape(-1, 3)

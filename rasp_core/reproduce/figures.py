@@ -1,13 +1,15 @@
 """Figures with facts: notebooks save them here, and `rasp figures` runs the notebooks and holds the facts to account.
 
-A figure NN_name is paper_figures/NN_name.png, .pdf and .json (its facts, raw). NN_name.expected.json says for each
-scale what a fact must be: `value` with `tolerance`, `at_least`, `at_most` or `equals`; its unit, source and status.
+A figure NN_name is NN_name.png, .pdf and .json (its facts, raw): made in out/figures, stored in paper_figures.
+NN_name.expected.json there says for each scale what a fact must be: `value` with `tolerance`, `at_least`, `at_most` or
+`equals`; its unit, source and status.
 """
 
 from __future__ import annotations
 
+import io
 import json
-import os
+import shutil
 import sys
 import time
 from collections.abc import Sequence
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
     from ..geometry.meshes import Body
 
 ROOT = Path(__file__).resolve().parents[2]
+DPI = 130  # of the figures' PNGs
 STATUSES = ("reproduced", "exceeded", "differs", "not verifiable")
 
 
@@ -59,9 +62,10 @@ def save(
 
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
-    for suffix, metadata in ((".png", {"Software": None}), (".pdf", {"CreationDate": None})):
-        with whole(out / f"{name}{suffix}") as part:
-            figure.savefig(part, dpi=130, metadata=metadata, format=suffix[1:])
+    with whole(out / f"{name}.png") as part:
+        part.write_bytes(_small(figure, dpi=DPI))
+    with whole(out / f"{name}.pdf") as part:
+        figure.savefig(part, dpi=DPI, metadata={"CreationDate": None}, format="pdf")
     if scene is not None:
         with whole(out / f"{name}.glb") as part:
             part.write_bytes(encode(*scene))
@@ -70,6 +74,28 @@ def save(
         made["sources"] = sources(notebook, ROOT)
     _write(out / f"{name}.json", {**facts, **made})
     return out / f"{name}.png"
+
+
+def inline() -> None:
+    """Have the notebook that calls this show figures as PNGs in few colours, as `save` writes them."""
+    from IPython import get_ipython
+    from matplotlib.figure import Figure
+
+    shell = get_ipython()
+    if shell is not None:
+        shell.display_formatter.formatters["image/png"].for_type(Figure, lambda f: _small(f, bbox_inches="tight"))
+
+
+def _small(figure: Figure, **options) -> bytes:
+    """A PNG in few colours. options : of `savefig`."""
+    import numpy as np
+    from PIL import Image
+
+    from ..io import palette
+
+    data = io.BytesIO()
+    figure.savefig(data, format="png", **options)
+    return palette.png(np.asarray(Image.open(data).convert("RGB")))
 
 
 def _write(path: Path, facts: dict) -> None:
@@ -111,26 +137,29 @@ def _holds(found, wanted: dict) -> bool:
 
 
 def run(names: Sequence[str] = (), scale: str = "quick", store: bool = False, root: Path = ROOT) -> int:
-    """Run figure notebooks with papermill and compare their facts; 0 where all hold, else 1.
+    """Run figure notebooks and compare their facts with those expected; 0 where all hold, else 1.
 
-    scale : "quick" writes into paper_figures/, "paper" into paper_figures/paper/. store : keep the executed notebooks
-    with their outputs in notebooks/ (only at quick scale), instead of in out/. The seconds that each took are added to
-    its facts.
+    scale : "quick" or "paper", on the real pools. Figures and facts, with the seconds that each took, come into
+    out/figures/SCALE, executed notebooks into out/notebooks/SCALE. store : keep them too, in paper_figures/ (paper's in
+    paper_figures/paper/) but for what .gitignore names there, and in notebooks/ (quick's alone).
     Raises InputError for a name without a notebook, or where the kit is installed without its notebooks.
     """
-    if store and scale != "quick":
-        raise InputError("notebooks are stored at quick scale; leave out --store or use --scale quick")
     found = {path.stem: path for path in sorted((root / "notebooks").glob("[0-9][0-9]_*.ipynb"))}
     if not found:
         raise InputError(f"{root / 'notebooks'}: no notebooks there; run from a clone of the repository")
     unknown = [name for name in names if name not in found]
     if unknown:
         raise InputError(f"no figure named {', '.join(unknown)}; there are {', '.join(found)}")
-    out = root / "paper_figures" / ("" if scale == "quick" else scale)
+    from . import notebooks
+
+    out = root / "out" / "figures" / scale
+    parameters = {} if scale == "quick" else {"scale": scale, "out": f"../out/figures/{scale}"}
     verdicts: list[Verdict] = []
     for name in names or found:
-        began = time.monotonic()
-        failure = _execute(found[name], scale, out, store, root)
+        executed, began = root / "out" / "notebooks" / scale / f"{name}.ipynb", time.monotonic()
+        for old in out.glob(f"{name}.*"):
+            old.unlink()
+        failure = notebooks.run(found[name], executed, parameters)
         seconds = time.monotonic() - began
         print(f"{name}: {failure or 'ran'} in {seconds:.0f} s", file=sys.stderr)
         if failure:
@@ -141,8 +170,25 @@ def run(names: Sequence[str] = (), scale: str = "quick", store: bool = False, ro
             facts = json.loads((out / f"{name}.json").read_text()) | {"seconds": seconds}
             _write(out / f"{name}.json", facts)
             verdicts += compare(name, facts, json.loads(expected.read_text())[scale])
+        if store:
+            if scale == "quick":
+                notebooks.store(executed, found[name])
+            _store(sorted(out.glob(f"{name}.*")), scale, root)
     print(table(verdicts))
     return 0 if all(verdict.holds for verdict in verdicts) else 1
+
+
+def _store(made: Sequence[Path], scale: str, root: Path) -> None:
+    """Copy files into paper_figures, but for those that .gitignore names there."""
+    folder = root / "paper_figures" / ("" if scale == "quick" else scale)
+    folder.mkdir(parents=True, exist_ok=True)
+    ignore = root / ".gitignore"
+    patterns = ignore.read_text().splitlines() if ignore.exists() else []
+    for path in made:
+        target = folder / path.name
+        if not any(p.startswith("/paper_figures/") and target.relative_to(root).match(p[1:]) for p in patterns):
+            with whole(target) as part:
+                shutil.copyfile(path, part)
 
 
 def table(verdicts: Sequence[Verdict]) -> str:
@@ -153,44 +199,3 @@ def table(verdicts: Sequence[Verdict]) -> str:
         rows.append((v.figure, v.fact, found, v.expected, "yes" if v.holds else "NO", v.status))
     widths = [max(len(row[k]) for row in rows) for k in range(6)]
     return "\n".join("  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows)
-
-
-def _execute(path: Path, scale: str, out: Path, store: bool, root: Path) -> str | None:
-    """Run one notebook; None, or in one line how it failed."""
-    import papermill
-    from nbclient.exceptions import DeadKernelError
-
-    target = path if store else root / "out" / "notebooks" / scale / path.name
-    target.parent.mkdir(parents=True, exist_ok=True)
-    out.mkdir(parents=True, exist_ok=True)
-    part = target.with_name(f".{target.name}.part.ipynb")
-    parameters = {} if scale == "quick" else {"scale": scale, "out": os.path.relpath(out, path.parent)}
-    try:
-        papermill.execute_notebook(
-            str(path),
-            str(part),
-            parameters,
-            cwd=str(path.parent),
-            progress_bar=False,
-            kernel_name="python3",
-            language="python",
-        )
-    except papermill.exceptions.PapermillExecutionError as error:
-        os.replace(part, target)
-        return f"failed in cell {error.exec_count}: {error.ename}: {' '.join(str(error.evalue).split())[:200]}"
-    except DeadKernelError:
-        part.unlink(missing_ok=True)
-        return "failed: its Python process died"
-    _forget_places(part)
-    os.replace(part, target)
-    return None
-
-
-def _forget_places(path: Path) -> None:
-    """Take papermill's notes of folders and times out of a notebook: a run elsewhere stores the same."""
-    import nbformat
-
-    notebook = nbformat.read(path, as_version=4)
-    for part in (notebook, *notebook.cells):
-        part.metadata.pop("papermill", None)
-    nbformat.write(notebook, path)

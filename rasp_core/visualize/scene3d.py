@@ -12,6 +12,7 @@ import numpy as np
 
 from ..geometry.cameras import Camera
 from ..geometry.meshes import Body
+from ..io.palette import save_gif
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -152,15 +153,6 @@ def _load_pyvista():
     import pyvista  # isort: skip
 
     return pyvista
-
-
-def save_gif(path: str | Path, pictures: Sequence[np.ndarray], seconds: float = 4.0) -> None:
-    """Pictures `(H, W, 3)` uint8 as an endless film of `seconds`."""
-    from PIL import Image
-
-    first, *rest = (Image.fromarray(picture).quantize(128) for picture in pictures)
-    duration = round(1000 * seconds / len(pictures))
-    first.save(path, format="GIF", save_all=True, append_images=rest, duration=duration, loop=0)
 
 
 def installation(arrangement: Arrangement, size: tuple[int, int] = (1200, 900)) -> np.ndarray:

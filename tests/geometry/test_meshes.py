@@ -1,5 +1,8 @@
 """Bodies from real and from broken meshes."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 import trimesh
@@ -168,3 +171,19 @@ def test_kitchen_volumes_are_those_of_their_pieces(kitchen):
         a, b, c = (body.vertices[body.faces[:, k]] for k in range(3))
         pieces = (a * np.cross(b, c)).sum() / 6
         assert body.volume == pytest.approx(pieces, rel=2e-4)
+
+
+def test_a_body_keeps_arrays_of_its_own():
+    vertices = CUBE.vertices.copy()
+    body = make_body("box", vertices, CUBE.faces)
+    vertices[:] = 0
+    assert np.ptp(body.vertices, axis=0) == pytest.approx([1, 2, 3])
+
+
+def test_bodies_that_outlive_the_program_are_not_reported_as_leaks():
+    code = (
+        "import ctypes; from data_fetch import kitchen_like; bodies = kitchen_like(2); "
+        "print(bodies[0].manifold.volume() > 0); ctypes.pythonapi.Py_IncRef(ctypes.py_object(bodies))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert (done.stdout, done.stderr) == ("True\n", "")

@@ -16,6 +16,13 @@ def test_open3d_prints_nothing_in_a_notebooks_kernel():
     assert done.stdout == ""
 
 
+def test_open3d_opens_no_channel_to_a_notebooks_page():
+    code = "import comm; opened = []; comm.create_comm = make = lambda *a, **k: opened.append((a, k))\n"
+    code += "from rasp_core import o3d; o3d.load(); print(opened, comm.create_comm is make)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[] True"
+
+
 def test_a_caster_numbers_surfaces_in_their_order():
     corners, faces = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]])
     scene = o3d.caster([(corners + np.array([0, 0, 2]), faces), (corners + np.array([0, 0, 1]), faces)])
