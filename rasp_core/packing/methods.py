@@ -11,7 +11,9 @@ from ..geometry.meshes import Body
 from ..problem import Settings
 from ..scene import resolve_device
 from ..util.errors import InputError
-from . import constructive, dense, minimal_box, paper, result
+from . import constructive, dense, minimal_box, paper
+from .pool import draw, fit_scale
+from .result import Packing
 
 METHODS = ("rasp", "dense", *constructive.RULES)
 
@@ -42,11 +44,11 @@ def load(
         room = Container(room.body, room.size, list(zip(azimuths, elevations, strict=True)))
     bodies, scale = meshes.load_bodies(objects), 1.0
     if repeat is not None:
-        bodies = result.draw(bodies, repeat, seed)
+        bodies = draw(bodies, repeat, seed)
     if fit_objects is not None:
         if isinstance(room, FreeBox):
             raise InputError("--fit-objects scales objects to a container; a box to be found has no size yet")
-        scale = result.fit_scale(bodies, room, fit_objects)
+        scale = fit_scale(bodies, room, fit_objects)
         bodies = [body.scaled(scale) for body in bodies]
     return bodies, room, scale
 
@@ -72,7 +74,7 @@ def search(
     time_limit: float | None = None,
     effort: int | None = None,
     progress: bool = False,
-) -> result.Packing:
+) -> Packing:
     """Pack by one of `METHODS`. Raises InputError as `resolve_method` does, and where the method does not know a count
     or an effort that is given."""
     method = resolve_method(method, container)
