@@ -155,7 +155,7 @@ def _add_problem(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--method",
-        help="rasp: the paper's (default); dense: the kit's own (for auto); baselines: spectral, dblf, heightmap",
+        help="paper: the paper's (default); dense: the kit's own (for auto); baselines: spectral, dblf, heightmap",
     )
     parser.add_argument("--time-limit", type=float, metavar="S", help="seconds for the search")
     parser.add_argument("--effort", type=int, metavar="E", help="tries of --method dense, instead of seconds")
