@@ -125,7 +125,8 @@ def pack(
     known = {field.name for field in fields(Settings)} - {"seed"}
     if unknown := sorted(settings.keys() - known):
         raise InputError(f"pack has no setting {', '.join(unknown)}; use some of {', '.join(sorted(known))}")
-    methods.refuse_ignored(method, {name: value for name, value in given.items() if value is not None} | settings)
+    named = {name: value for name, value in given.items() if value is not None}
+    methods.refuse_ignored(method, named | settings, room)
     chosen = resolve_device(device)
     packed = methods.search(
         method=method,

@@ -23,12 +23,12 @@ from ..geometry.meshes import Body, unique_names
 from ..geometry.silhouette_edges import Views
 from ..objective import LOSS_NAMES
 from ..optimizer import Arrangement, optimize
-from ..packing.result import progress_bar
 from ..packing.separation import STRICT
 from ..poses import file_to_world
 from ..problem import Problem, Settings
 from ..silhouettes import likeness, render, render_at_rest
 from ..util.errors import InputError
+from ..util.progress import progress_bar
 from .greedy_cover import MARGIN, Covering
 from .occluders import veil
 

@@ -27,8 +27,7 @@ def pack(options: argparse.Namespace) -> int:
     count = _count(options.count)
     _check_time(options)
     folder = check_writable(options.out)
-    method = _method(options)
-    methods.refuse_ignored(method, _given(options, "time_limit", "effort", *SETTINGS) | _counted(count))
+    method = _method(options, _given(options, "time_limit", "effort", *SETTINGS) | _counted(count))
     bodies, container, scale = methods.load(
         objects=options.objects,
         container=options.container,
@@ -134,10 +133,8 @@ def sweep(options: argparse.Namespace) -> int:
     _check_time(options)
     if options.seeds < 1:
         raise InputError(f"--seeds must be positive, got {options.seeds}")
-    method, count = _method(options), _count(options.count)
-    given = _given(options, *SWEPT)
-    weights = _given(options, "lambda_", "epsilon")
-    methods.refuse_ignored(method, {**given, **weights} | _counted(count))
+    count, given, weights = _count(options.count), _given(options, *SWEPT), _given(options, "lambda_", "epsilon")
+    method = _method(options, {**given, **weights} | _counted(count))
     if method == "paper":
         weights = {"lambda_": [Settings.lambda_], "epsilon": [Settings.epsilon]} | weights
     varied = grid(**weights, seed=range(options.seeds))
@@ -217,9 +214,16 @@ def _counted(count: int | None) -> dict:
     return {} if count is None else {"count": count}
 
 
-def _method(options: argparse.Namespace) -> str:
-    """The method that was named, else the paper's, or the kit's own for a box that is yet to be found."""
-    return options.method or ("dense" if options.container.split(":")[0] == "auto" else "paper")
+def _method(options: argparse.Namespace, given: dict) -> str:
+    """The method, as named or by the container. Raises InputError if it would ignore a setting that is given."""
+    from ..geometry import containers
+    from ..packing import methods
+
+    free = options.container.split(":")[0] == "auto"
+    box = containers.parse(options.container) if free else None
+    method = methods.resolve_method(options.method, box)
+    methods.refuse_ignored(method, given, box)
+    return method
 
 
 def _check_time(options: argparse.Namespace) -> None:

@@ -20,7 +20,9 @@ from ..poses import Poses
 from ..problem import Settings
 from ..util.budget import Budget
 from ..util.errors import InputError
-from .result import Packing, check_sizes, finish, progress_bar
+from ..util.progress import progress_bar
+from .pool import check_sizes
+from .result import Packing, finish
 from .voxel_correlation import Room, Turned, choose_voxel, quarter_turns
 
 RULES = {"spectral": Room.snuggest, "dblf": Room.deepest, "heightmap": Room.flattest}

@@ -20,8 +20,10 @@ from ..poses import Poses, file_to_world, join
 from ..problem import Settings
 from ..scene import resolve_device
 from ..util.budget import Budget
+from ..util.progress import progress_bar
 from .constructive import FEW_VOXELS, Placement
-from .result import Packing, check_sizes, finish, progress_bar
+from .pool import check_sizes
+from .result import Packing, finish
 from .separation import Press
 
 EFFORT = 400  # tries, where no time is given

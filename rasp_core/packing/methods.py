@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
+
+import torch
 
 from ..geometry import containers, meshes
 from ..geometry.containers import Container, FreeBox
@@ -11,9 +14,33 @@ from ..geometry.meshes import Body
 from ..problem import Settings
 from ..scene import resolve_device
 from ..util.errors import InputError
-from . import constructive, dense, minimal_box, paper, result
+from . import constructive, dense, minimal_box, paper
+from .pool import draw, fit_scale
+from .result import Packing
 
-METHODS = ("rasp", "dense", *constructive.RULES)
+METHODS = ("paper", "dense", *constructive.RULES)
+
+# What each method reads, by the names of `search` and `problem.Settings`. Methods take other settings, too, and do
+# nothing with them; `refuse_ignored` says so.
+READ_BY_ALL = frozenset({"seed", "resolution", "time_limit"})
+USES: dict[str, frozenset[str]] = {
+    "paper": READ_BY_ALL | {"count"} | {field.name for field in fields(Settings)},
+    "dense": READ_BY_ALL | {"effort", "query_points", "jitter", "overlap_term", "rotation"},
+    **dict.fromkeys(constructive.RULES, READ_BY_ALL),
+}
+USES_FOR_A_BOX_TO_BE_FOUND = READ_BY_ALL | {"effort"}  # whatever the method
+ONLY_WITH_COUNT = frozenset({"learning_rate", "final_learning_rate"})  # the paper's search has rates of its own
+SETTINGS = frozenset({"count", "time_limit", "effort"} | {field.name for field in fields(Settings)})
+OPTIONS = {  # of the command line, by the setting's name
+    "count": "--count",
+    "time_limit": "--time-limit",
+    "effort": "--effort",
+    "lambda_": "--lambda",
+    "epsilon": "--epsilon",
+    "iterations": "--iterations",
+    "resolution": "--resolution",
+    "seed": "--seed",
+}
 
 
 def load(
@@ -42,24 +69,50 @@ def load(
         room = Container(room.body, room.size, list(zip(azimuths, elevations, strict=True)))
     bodies, scale = meshes.load_bodies(objects), 1.0
     if repeat is not None:
-        bodies = result.draw(bodies, repeat, seed)
+        bodies = draw(bodies, repeat, seed)
     if fit_objects is not None:
         if isinstance(room, FreeBox):
             raise InputError("--fit-objects scales objects to a container; a box to be found has no size yet")
-        scale = result.fit_scale(bodies, room, fit_objects)
+        scale = fit_scale(bodies, room, fit_objects)
         bodies = [body.scaled(scale) for body in bodies]
     return bodies, room, scale
 
 
 def resolve_method(method: str | None, container: Container | FreeBox) -> str:
-    """The method, where None the paper's, or the kit's own for a box to be found. Raises InputError where it is
-    unknown, or cannot find a box."""
-    method = method or ("dense" if isinstance(container, FreeBox) else "rasp")
+    """The method; if None the paper's, or the kit's own for a box to be found.
+
+    Raises InputError if it is unknown, or cannot find a box.
+    """
+    method = method or ("dense" if isinstance(container, FreeBox) else "paper")
     if method not in METHODS:
         raise InputError(f"method {method!r} is unknown; use one of {', '.join(METHODS)}")
-    if method == "rasp" and isinstance(container, FreeBox):
-        raise InputError("method rasp packs into a given container; name one, or use --method dense")
+    if method == "paper" and isinstance(container, FreeBox):
+        raise InputError("method paper packs into a given container; name one, or use --method dense")
     return method
+
+
+def refuse_ignored(method: str, given: Mapping[str, object], container: Container | FreeBox | None = None) -> None:
+    """Raise InputError naming every setting that the method would ignore.
+
+    method : one of `METHODS`. given : the settings that the user gave, and only those, by their names in `search` and
+    `problem.Settings` (count, effort, lambda_, ...); names that are neither are left to others. container : with a
+    `FreeBox`, all methods read the same few.
+    """
+    uses = USES_FOR_A_BOX_TO_BE_FOUND if isinstance(container, FreeBox) else USES[method]
+    if "count" not in given:
+        uses = uses - ONLY_WITH_COUNT
+    ignored = [name for name in given if name in SETTINGS and name not in uses]
+    if not ignored:
+        return
+    named = [f"{name.rstrip('_')} ({OPTIONS[name]})" if name in OPTIONS else name for name in ignored]
+    remedy = "leave it out" if len(ignored) == 1 else "leave them out"
+    if method == "paper" and ONLY_WITH_COUNT.issuperset(ignored):
+        others = ["give a count (--count)"]
+    elif isinstance(container, FreeBox):
+        others = []
+    else:
+        others = [f"use --method {other}" for other in METHODS if USES[other].issuperset(ignored)]
+    raise InputError(f"method {method} does not use {' and '.join(named)}; {', or '.join([remedy, *others[:1]])}")
 
 
 def search(
@@ -68,26 +121,60 @@ def search(
     container: Container | FreeBox,
     count: int | None = None,
     settings: Settings | None = None,
-    device="cpu",
+    device: str | torch.device = "cpu",
     time_limit: float | None = None,
     effort: int | None = None,
     progress: bool = False,
-) -> result.Packing:
-    """Pack by one of `METHODS`. Raises InputError as `resolve_method` does, and where the method does not know a count
-    or an effort that is given."""
+) -> Packing:
+    """Pack by one of `METHODS`; None as `resolve_method` has it.
+
+    settings : a method reads those that `USES` names; whether the others were given is not known here, so that callers
+    ask `refuse_ignored` first. Raises InputError as `resolve_method` does, for a count, a time limit or an effort that
+    the method would ignore, and as the method itself does.
+    """
     method = resolve_method(method, container)
-    if count is not None and method != "rasp":
-        raise InputError(f"method {method} chooses how many objects it packs; leave --count out, or use --method rasp")
-    if effort is not None and method != "dense":
-        raise InputError(f"method {method} has no effort; use --method dense")
+    given = {"count": count, "time_limit": time_limit, "effort": effort}
+    refuse_ignored(method, {name: value for name, value in given.items() if value is not None}, container)
     if isinstance(container, FreeBox):
-        rule = None if method == "dense" else method
-        return minimal_box.pack(bodies, container, settings, device, time_limit, effort, progress, rule)
+        return minimal_box.pack(
+            bodies,
+            container,
+            settings=settings,
+            device=device,
+            time_limit=time_limit,
+            effort=effort,
+            progress=progress,
+            rule=None if method == "dense" else method,
+        )
     if method == "dense":
-        return dense.pack(bodies, container, settings, device, time_limit, effort, progress)
+        return dense.pack(
+            bodies,
+            container,
+            settings=settings,
+            device=device,
+            time_limit=time_limit,
+            effort=effort,
+            progress=progress,
+        )
     if method in constructive.RULES:
-        return constructive.pack(bodies, container, settings, device, time_limit, progress, method)
-    return paper.pack(bodies, container, count, settings, device, time_limit, progress)
+        return constructive.pack(
+            bodies,
+            container,
+            settings=settings,
+            device=device,
+            time_limit=time_limit,
+            progress=progress,
+            rule=method,
+        )
+    return paper.pack(
+        bodies,
+        container,
+        count=count,
+        settings=settings,
+        device=device,
+        time_limit=time_limit,
+        progress=progress,
+    )
 
 
 def pack(
@@ -104,12 +191,31 @@ def pack(
     elevations_deg: Sequence[float] | None = None,
     **settings,
 ) -> dict:
-    """One packing's facts as plain values, for `sweep.sweep`; settings : of `problem.Settings`."""
+    """One packing's facts as plain values, for `sweep.sweep`; settings : of `problem.Settings`.
+
+    Raises InputError or MeshError as `load` and `search` do.
+    """
     began = time.monotonic()
     chosen = Settings(**settings)
-    views = azimuths_deg, elevations_deg
-    bodies, room, _ = load(objects, container, repeat, fit_objects, chosen.seed, *views)
-    packed = search(method, bodies, room, count, chosen, resolve_device(device), time_limit, effort)
+    bodies, room, _ = load(
+        objects,
+        container,
+        repeat=repeat,
+        fit_objects=fit_objects,
+        seed=chosen.seed,
+        azimuths_deg=azimuths_deg,
+        elevations_deg=elevations_deg,
+    )
+    packed = search(
+        method,
+        bodies,
+        room,
+        count=count,
+        settings=chosen,
+        device=resolve_device(device),
+        time_limit=time_limit,
+        effort=effort,
+    )
     certificate = packed.certificate
     return {
         "objects": len(packed.chosen),

@@ -30,10 +30,12 @@ from ..problem import Settings
 from ..scene import resolve_device
 from ..util.budget import Budget
 from ..util.errors import InputError
+from ..util.progress import progress_bar
 from .constructive import Placement
 from .contact_solver import Relaxation
 from .moves import Moves
-from .result import Packing, check_sizes, finish, progress_bar
+from .pool import check_sizes
+from .result import Packing, finish
 from .separation import NEARLY, STRICT
 
 EFFORT = 2000  # tries, where no time is given

@@ -30,7 +30,9 @@ from ..poses import Poses
 from ..problem import Problem, Settings
 from ..util.budget import Budget
 from ..util.errors import InputError
-from .result import Packing, check_sizes, finish, progress_bar
+from ..util.progress import progress_bar
+from .pool import check_sizes
+from .result import Packing, finish
 from .separation import Press
 
 FIRST_ROUND = 0.15  # of `iterations`: the length of the first and the settling rounds; those between take a quarter

@@ -5,7 +5,9 @@ import pytest
 from data_fetch import kitchen_like, polycubes, torus
 from rasp_core.exact.certificate import certify
 from rasp_core.geometry.containers import Container, box
-from rasp_core.packing import constructive, result
+from rasp_core.packing import constructive
+from rasp_core.packing.pool import draw
+from rasp_core.packing.result import finish
 from rasp_core.problem import Settings
 from rasp_core.util.errors import InputError
 
@@ -19,9 +21,9 @@ def test_a_placement_is_certified(container, rule):
     pool = kitchen_like(12)
     packed = constructive.pack(pool, container, QUICK, rule=rule)
     assert packed.certificate.holds
-    assert certify(packed.arrangement.problem.bodies, packed.arrangement.matrices, container).holds
+    assert certify(packed.bodies, packed.matrices, container).holds
     assert len(set(packed.chosen)) == len(packed.chosen) >= 2
-    assert packed.arrangement.problem.bodies == [pool[i] for i in packed.chosen]
+    assert packed.bodies == [pool[i] for i in packed.chosen]
     assert constructive.pack(pool, container, QUICK, rule=rule).chosen == packed.chosen
 
 
@@ -30,20 +32,20 @@ def test_cubes_of_one_size_fill_their_box(rule):
     """Eight cubes in a box of two by two by two."""
     cube = next(body for body in polycubes() if body.volume == min(b.volume for b in polycubes()))
     edge = 2 * cube.half_extents[0]
-    packed = constructive.pack(result.draw([cube], 12, 0), box([2 * edge] * 3), QUICK, rule=rule)
+    packed = constructive.pack(draw([cube], 12, 0), box([2 * edge] * 3), QUICK, rule=rule)
     assert len(packed.chosen) == 8
     assert packed.certificate.holds
 
 
 def test_rebuilding_keeps_a_placement_whole():
-    placement = constructive.Placement(result.draw(polycubes(), 60, 0), box((0.3, 0.3, 0.3)), seed=1)
+    placement = constructive.Placement(draw(polycubes(), 60, 0), box((0.3, 0.3, 0.3)), seed=1)
     placement.fill()
     first = best = placement.density
     for _ in range(40):
         placement.rebuild()
         best = max(best, placement.density)
     chosen = list(placement.placed)
-    packed = result.finish(placement.pool, chosen, placement.start, placement.container, QUICK)
+    packed = finish(placement.pool, chosen, placement.start, placement.container, QUICK)
     assert packed.certificate.holds
     assert packed.density == pytest.approx(placement.density)
     assert best >= first

@@ -6,7 +6,7 @@ import pytest
 from data_fetch import kitchen_like, torus
 from rasp_core.exact.certificate import certify
 from rasp_core.geometry.containers import Container, box
-from rasp_core.packing import constructive, dense, result
+from rasp_core.packing import constructive, dense
 from rasp_core.problem import Settings
 from rasp_core.util.errors import InputError
 
@@ -25,8 +25,8 @@ def packed(pool):
 
 
 def test_it_is_certified_and_denser_than_its_start(pool, packed):
-    bodies = packed.arrangement.problem.bodies
-    assert certify(bodies, packed.arrangement.matrices, ROOM).holds
+    bodies = packed.bodies
+    assert certify(bodies, packed.matrices, ROOM).holds
     assert bodies == [pool[i] for i in packed.chosen]
     assert len(set(packed.chosen)) == len(packed.chosen)
     densities = [r["density"] for r in packed.rounds]
@@ -39,7 +39,7 @@ def test_it_is_certified_and_denser_than_its_start(pool, packed):
 def test_the_same_effort_gives_the_same_packing(pool, packed):
     again = dense.pack(pool, ROOM, QUICK, effort=25)
     assert again.chosen == packed.chosen
-    assert np.array_equal(again.arrangement.matrices, packed.arrangement.matrices)
+    assert np.array_equal(again.matrices, packed.matrices)
 
 
 def test_a_container_with_a_hole():
@@ -86,8 +86,3 @@ def test_bad_input_is_refused(pool):
 def test_no_time_at_all_says_that_nothing_was_placed(pool):
     with pytest.raises(InputError, match="not one of the objects"):
         dense.pack(pool, ROOM, QUICK, time_limit=1e-6)
-
-
-def test_packing_without_choice_is_refused(pool):
-    with pytest.raises(InputError, match="not one of the objects"):
-        result.finish(pool, [], None, ROOM, QUICK)

@@ -1,8 +1,14 @@
 """Packings named by files and numbers."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
+from data_fetch import kitchen_like
+from rasp_core.geometry.containers import FreeBox, box
 from rasp_core.packing import methods
+from rasp_core.problem import Settings
 from rasp_core.util.errors import InputError
 
 SMALL = {"iterations": 60, "resolution": 64, "query_points": 5000}
@@ -16,7 +22,9 @@ def test_load_repeats_and_scales(pool):
     assert scale > 1
 
 
-@pytest.mark.parametrize(("method", "budget"), [("rasp", {}), ("dense", {"effort": 3}), ("spectral", {}), ("dblf", {})])
+@pytest.mark.parametrize(
+    ("method", "budget"), [("paper", {}), ("dense", {"effort": 3}), ("spectral", {}), ("dblf", {})]
+)
 def test_each_method_packs(pool, method, budget):
     facts = methods.pack(pool, "box:0.15,0.15,0.15", method=method, seed=1, **budget, **SMALL)
     assert facts["certified"]
@@ -27,9 +35,13 @@ def test_each_method_packs(pool, method, budget):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"method": "magic"}, "magic.*rasp, dense, spectral, dblf, heightmap"),
-        ({"method": "dense", "count": 2}, "--count"),
-        ({"method": "spectral", "effort": 2}, "--effort|no effort"),
+        ({"method": "magic"}, "magic.*paper, dense, spectral, dblf, heightmap"),
+        ({"method": "rasp"}, "rasp.*paper, dense"),
+        ({"method": "dense", "count": 2}, r"does not use count \(--count\); leave it out, or use --method paper$"),
+        (
+            {"method": "spectral", "effort": 2},
+            r"effort \(--effort\); leave it out, or use --method dense$",
+        ),
     ],
 )
 def test_what_a_method_does_not_know_is_refused(pool, arguments, message):
@@ -38,14 +50,56 @@ def test_what_a_method_does_not_know_is_refused(pool, arguments, message):
         methods.search(arguments.pop("method"), bodies, room, **arguments)
 
 
+@pytest.mark.parametrize(
+    ("method", "given", "message"),
+    [
+        ("dense", {"lambda_": 1.0}, r"dense does not use lambda \(--lambda\); leave it out, or use --method paper$"),
+        ("dense", {"epsilon": 0.1, "iterations": 9}, r"epsilon \(--epsilon\) and iterations \(.*; leave them out, or"),
+        ("dblf", {"query_points": 9}, "dblf does not use query_points; leave it out, or use --method paper$"),
+        ("paper", {"effort": 3}, "paper does not use effort .*use --method dense$"),
+        ("spectral", {"effort": 3, "count": 2}, "leave them out$"),
+        ("paper", {"learning_rate": 0.1}, r"learning_rate; leave it out, or give a count \(--count\)$"),
+    ],
+)
+def test_a_setting_that_would_be_ignored_is_refused(method, given, message):
+    with pytest.raises(InputError, match=message):
+        methods.refuse_ignored(method, given)
+
+
+def test_settings_that_a_method_reads_are_not_refused():
+    methods.refuse_ignored("paper", {"count": 3, "learning_rate": 0.1, "lambda_": 1.0, "time_limit": 9.0})
+    methods.refuse_ignored("dense", {"effort": 3, "query_points": 9, "resolution": 64, "seed": 1, "out": "x"})
+    methods.refuse_ignored("spectral", {"effort": 3}, FreeBox((None, None, None)))
+    with pytest.raises(InputError, match=r"does not use query_points; leave it out$"):
+        methods.refuse_ignored("dense", {"query_points": 3}, FreeBox((None, None, None)))
+
+
+OTHER = {"lambda_": 0.5, "epsilon": 0.03, "iterations": 30, "query_points": 3000, "jitter": False, "resolution": 32}
+
+
+@pytest.mark.parametrize(("method", "effort"), [("dense", 3), ("spectral", None)])
+def test_what_the_table_leaves_out_changes_nothing(method, effort):
+    """Any setting that a method is said to ignore gives the same packing whatever its value."""
+    bodies, room = kitchen_like(6), box((0.13, 0.13, 0.13))
+    usual = Settings(**SMALL)
+    ignored = {name: value for name, value in OTHER.items() if name not in methods.USES[method]}
+    assert len(ignored) >= 3
+    one, other = (
+        methods.search(method, bodies, room, settings=settings, effort=effort)
+        for settings in (usual, replace(usual, **ignored))
+    )
+    assert one.chosen == other.chosen
+    assert np.array_equal(one.matrices, other.matrices)
+
+
 def test_a_box_to_be_found_is_for_methods_that_can_find_one(pool):
     facts = methods.pack(pool, "auto", effort=2, **SMALL)
     assert facts["certified"]
     assert facts["objects"] == 3
     bodies, shape, _ = methods.load(pool, "auto:cube")
     assert methods.resolve_method(None, shape) == "dense"
-    with pytest.raises(InputError, match="rasp packs into a given container"):
-        methods.search("rasp", bodies, shape)
+    with pytest.raises(InputError, match="paper packs into a given container"):
+        methods.search("paper", bodies, shape)
     with pytest.raises(InputError, match="--fit-objects"):
         methods.load(pool, "auto", fit_objects=3)
 

@@ -25,8 +25,8 @@ def test_a_search_ends_with_a_certified_packing_of_different_objects(pool):
     packed = paper.pack(pool, ROOM, settings=QUICK)
     arrangement = packed.arrangement
     assert packed.certificate.holds
-    assert certify(arrangement.problem.bodies, arrangement.matrices, ROOM).holds
-    assert [pool[i] for i in packed.chosen] == arrangement.problem.bodies
+    assert certify(packed.bodies, arrangement.matrices, ROOM).holds
+    assert [pool[i] for i in packed.chosen] == packed.bodies
     assert len(set(packed.chosen)) == len(packed.chosen) >= 3
     assert packed.density == pytest.approx(sum(pool[i].volume for i in packed.chosen) / 0.008)
     assert packed.rounds[-1]["objects"] == len(packed.chosen)
@@ -54,7 +54,7 @@ def test_a_time_limit_ends_with_what_holds_as_it_lies(pool):
     packed = paper.pack(pool, ROOM, settings=QUICK, time_limit=1e-3)
     assert packed.certificate.holds
     assert packed.arrangement.interrupted
-    bodies, matrices = packed.arrangement.problem.bodies, packed.arrangement.matrices
+    bodies, matrices = packed.bodies, packed.arrangement.matrices
     assert len(bodies) == len(packed.chosen)
     assert certify(bodies, matrices, ROOM).holds
     # the images are of what is left

@@ -1,0 +1,72 @@
+"""The objects to choose from: drawn, scaled to a container, and refused if one cannot fit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..geometry.containers import Container
+from ..geometry.meshes import Body, unique_names
+from ..geometry.sdf import bake_cached
+from ..util.errors import InputError
+
+MOST_DRAWN = 100_000  # objects
+
+
+def draw(bodies: Sequence[Body], count: int, seed: int) -> list[Body]:
+    """`count` bodies drawn with replacement; copies are named `<name>#2`, ...
+
+    Raises InputError for a count below 1 or above `MOST_DRAWN`.
+    """
+    if not 1 <= count <= MOST_DRAWN:
+        raise InputError(f"1 to {MOST_DRAWN:,} objects can be drawn, got {count}")
+    chosen = np.random.default_rng(seed).integers(0, len(bodies), count)
+    return unique_names([bodies[i] for i in chosen])
+
+
+def fit_scale(bodies: Sequence[Body], container: Container, count: int) -> float:
+    """The factor on lengths with which `count` mean objects make half of the container's volume.
+
+    Raises InputError for a count below 1.
+    """
+    if count < 1:
+        raise InputError(f"objects can be fitted to one or more, got {count}")
+    return float((0.5 * container.volume / count / np.mean([body.volume for body in bodies])) ** (1 / 3))
+
+
+def check_sizes(bodies: Sequence[Body], container: Container) -> None:
+    """Raise InputError for no bodies, or naming the first that is too large for the container however it is turned.
+
+    A body that fits has no more volume, no larger diameter and no larger inscribed ball than the container.
+    """
+    if not bodies:
+        raise InputError("there is nothing to pack; give at least one object")
+    diameter, ball = _diameter(container.body), _inscribed_radius(container.body)
+    known: set[str] = set()
+    for body in bodies:
+        if body.digest in known:
+            continue
+        known.add(body.digest)
+        if (
+            body.volume > container.volume
+            or (2 * body.radius > diameter and _diameter(body) > diameter)
+            or (body.half_extents.min() > ball and _inscribed_radius(body) > ball)
+        ):
+            size = " x ".join(f"{2 * h:.3g}" for h in body.half_extents)
+            room = " x ".join(f"{edge:.3g}" for edge in np.ptp(container.bounds, axis=0))
+            raise InputError(
+                f"{body.name}: {size} m is larger than the container, {room} m; leave it out, enlarge the "
+                "container, or scale the objects with --fit-objects"
+            )
+
+
+def _diameter(body: Body) -> float:
+    """Largest distance in metres between two points of the body."""
+    corners = np.asarray(body.manifold.hull().to_mesh64().vert_properties)[:, :3]
+    return max(float(np.linalg.norm(corners - corner, axis=1).max()) for corner in corners)
+
+
+def _inscribed_radius(body: Body) -> float:
+    """Radius in metres of a ball that surely lies in the body (the deepest point of its grid)."""
+    return float(-bake_cached(body).values.min())

@@ -1,0 +1,54 @@
+"""Pools are drawn by seed, scaled to a container, and what cannot fit is named."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from data_fetch import kitchen_like, polycubes
+from rasp_core.geometry.containers import box
+from rasp_core.geometry.meshes import make_body
+from rasp_core.packing.pool import MOST_DRAWN, check_sizes, draw, fit_scale
+from rasp_core.util.errors import InputError
+
+
+def block(name, *edges):
+    mesh = trimesh.creation.box(edges)
+    return make_body(name, mesh.vertices, mesh.faces)
+
+
+def test_drawing_repeats_bodies_under_new_names_by_seed():
+    drawn = draw(polycubes(), 30, 4)
+    assert [body.name for body in drawn] == [body.name for body in draw(polycubes(), 30, 4)]
+    assert len({body.name for body in drawn}) == 30
+
+
+@pytest.mark.parametrize("count", [0, MOST_DRAWN + 1])
+def test_too_few_or_too_many_are_not_drawn(count):
+    with pytest.raises(InputError, match=f"objects can be drawn, got {count}"):
+        draw(polycubes(), count, 0)
+
+
+def test_fitted_objects_make_half_the_container():
+    bodies = kitchen_like(24)
+    scale = fit_scale(bodies, box((5, 5, 5)), 40)
+    assert 40 * np.mean([body.scaled(scale).volume for body in bodies]) == pytest.approx(62.5)
+    with pytest.raises(InputError, match="fitted"):
+        fit_scale(bodies, box((0.2, 0.2, 0.2)), 0)
+
+
+@pytest.mark.parametrize(
+    ("edges", "room"),
+    [((0.3, 0.3, 0.3), (0.2, 0.2, 0.2)), ((0.5, 0.01, 0.01), (0.2, 0.2, 0.2)), ((0.03, 0.03, 0.03), (0.2, 0.2, 0.02))],
+)
+def test_a_body_larger_than_the_container_is_named(edges, room):
+    with pytest.raises(InputError, match=r"giant: .* larger than the container"):
+        check_sizes([block("fine", 0.01, 0.01, 0.01), block("giant", *edges)], box(room))
+
+
+def test_a_rod_along_the_diagonal_is_not_refused():
+    check_sizes([block("rod", 0.3, 0.001, 0.001)], box((0.2, 0.2, 0.2)))
+
+
+def test_no_objects_are_refused():
+    with pytest.raises(InputError, match="nothing to pack"):
+        check_sizes([], box((1, 1, 1)))
