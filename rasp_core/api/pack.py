@@ -116,7 +116,7 @@ def pack(
     >>> from data_fetch import kitchen_like
     >>> packed = rasp.pack(kitchen_like(6), rasp.box(0.3, 0.3, 0.3), method="spectral", time_limit=5)
     >>> packed
-    <Packing 6 of 6 objects, density 0.080, certified>
+    <Packing 6 of 6 objects, density 0.053, certified>
     """
     began = time.monotonic()
     bodies, room = as_bodies(parts), as_container(container)
