@@ -106,7 +106,7 @@ class Result:
         """A matplotlib figure: target, rendered and difference for each view, and the losses."""
         from ..visualize.plots import overview_figure
 
-        return overview_figure(self.arrangement)
+        return overview_figure(self.arrangement, self.history)
 
     def save(self, folder: str | Path, facts: Mapping | None = None) -> Path:
         """Write a run's folder: scene.glb, result.json, history.csv, silhouettes.png; returns its path.

@@ -26,7 +26,7 @@ from ..exact.certificate import Certificate
 from ..objective import LOSS_NAMES
 from ..optimizer import Arrangement
 from ..util.errors import InputError
-from ..visualize import scene3d
+from ..visualize import plots
 from ..visualize.gltf import write_scene
 
 RECORD, PART = "result.json", ".part-"
@@ -86,7 +86,7 @@ def save_run(
             writer.writerows([i, *map(float, row)] for i, row in enumerate(history))
         for name, pixels in (images or {}).items():
             Image.fromarray(pixels).save(work / name)
-        figure = scene3d.silhouette_figure(arrangement.targets, arrangement.images, arrangement.cameras)
+        figure = plots.silhouette_figure(arrangement.targets, arrangement.images, arrangement.cameras)
         figure.savefig(work / "silhouettes.png", dpi=100)
         # result.json goes first and comes last: where it is, all the others are of the same run
         (folder / RECORD).unlink(missing_ok=True)

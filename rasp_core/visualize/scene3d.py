@@ -1,4 +1,4 @@
-"""Pictures: arrangements in 3D (pyvista, without a display), silhouettes and loss curves (matplotlib)."""
+"""Pictures of arrangements in 3D, by pyvista, without a display."""
 
 from __future__ import annotations
 
@@ -15,8 +15,6 @@ from ..geometry.meshes import Body
 from ..io.palette import save_gif
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from ..art.texturing import Painted
     from ..geometry.containers import Container
     from ..optimizer import Arrangement
@@ -207,37 +205,3 @@ def _add_wall(plotter, view: Camera, image: np.ndarray) -> None:
     wall.active_texture_coordinates = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], float)
     grey = np.repeat(np.uint8(235 - 170 * np.clip(image, 0, 1))[..., None], 3, 2)
     plotter.add_mesh(wall, texture=pyvista.numpy_to_texture(grey), lighting=False)
-
-
-def silhouette_figure(targets: np.ndarray, images: np.ndarray, cameras: Sequence[Camera]) -> Figure:
-    """Target, rendered and difference for each view; images `(K, H, W)` in [0, 1]."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(2.4 * len(cameras), 7.2), layout="constrained")
-    axes = figure.subplots(3, len(cameras), squeeze=False)
-    for k, camera in enumerate(cameras):
-        axes[0, k].imshow(targets[k], cmap="gray_r", vmin=0, vmax=1)
-        axes[1, k].imshow(images[k], cmap="gray_r", vmin=0, vmax=1)
-        axes[2, k].imshow(images[k] - targets[k], cmap="RdBu_r", vmin=-1, vmax=1)
-        axes[0, k].set_title(f"azimuth {camera.azimuth_deg:.0f}°\nelevation {camera.elevation_deg:.0f}°", fontsize=10)
-    for row, name in zip(axes, ("target", "rendered", "rendered − target"), strict=True):
-        row[0].set_ylabel(name)
-    for axis in axes.flat:
-        axis.set(xticks=[], yticks=[])
-    return figure
-
-
-def loss_figure(arrangement: Arrangement) -> Figure:
-    """The loss terms over the iterations."""
-    from matplotlib.figure import Figure
-
-    from ..objective import LOSS_NAMES
-
-    figure = Figure(figsize=(7, 3.2), layout="constrained")
-    axes = figure.subplots(1, 3)
-    for axis, column in zip(axes, (1, 2, 3), strict=True):
-        axis.plot(arrangement.history[:, column], color=f"C{column - 1}")
-        axis.set(title=LOSS_NAMES[column], xlabel="iteration")
-        axis.grid(alpha=0.3)
-    axes[1].set_yscale("symlog", linthresh=1e-3)
-    return figure

@@ -10,8 +10,6 @@ from data_fetch import kitchen_like, torus
 from rasp_core.art.texturing import Canvas
 from rasp_core.geometry.cameras import Camera
 from rasp_core.geometry.containers import Container, box
-from rasp_core.optimizer import optimize
-from rasp_core.problem import Problem, Settings
 from rasp_core.visualize import scene3d
 
 
@@ -68,16 +66,6 @@ def test_colours_of_neighbours_differ():
     assert colours.min() >= 0
     assert colours.max() <= 1
     assert np.linalg.norm(np.diff(colours, axis=0), axis=1).min() > 0.2
-
-
-def test_silhouettes_and_losses_have_an_axis_each():
-    found = optimize(Problem(kitchen_like(2), box((0.3, 0.3, 0.3))), Settings(iterations=3, resolution=64))
-    figure = scene3d.silhouette_figure(found.targets, found.images, found.cameras)
-    assert len(figure.axes) == 9
-    assert figure.axes[3].images[0].get_array().shape == (64, 64)
-    losses = scene3d.loss_figure(found)
-    assert [axis.get_title() for axis in losses.axes] == ["silhouette", "overlap", "extrusion"]
-    assert len(losses.axes[0].lines[0].get_ydata()) == 3
 
 
 def test_a_stage_draws_other_poses_as_a_new_one_would():
