@@ -92,8 +92,17 @@ def still(
 def panel(
     pool: Sequence[Body], container: Container, controls: Controls | None = None, settings: Settings | None = None
 ):
-    """Sliders for what `live.Controls` holds, Run, Pause, Step and Reset, and the live picture and its numbers: an
-    ipywidgets box, with the run as its attribute `live`. Raises InputError as `live.LiveRun` does."""
+    """Sliders for what `live.Controls` holds, Run, Pause, Step and Reset, and the live picture and its numbers.
+
+    An ipywidgets box, with the run as its attribute `live`. Raises InputError as `live.LiveRun` does.
+
+    >>> import rasp_core as rasp
+    >>> from data_fetch import kitchen_like
+    >>> controls = rasp.panel(kitchen_like(3), rasp.box(0.3, 0.3, 0.3))
+    >>> controls.live.controls.count
+    3
+    >>> controls.live.close()
+    """
     import ipywidgets
 
     image, label = ipywidgets.Image(format="svg+xml"), ipywidgets.Label()
