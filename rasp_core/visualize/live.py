@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from enum import Enum
 
 import numpy as np
 import torch
@@ -63,6 +64,33 @@ class Frame:
     certificate: Certificate | None
 
 
+class State(Enum):
+    """What a run was last told to do."""
+
+    RESTING = "resting"
+    RUNNING = "running"
+    CLOSED = "closed"
+
+
+@dataclass(frozen=True)
+class _Wanted:
+    """What was asked for, replaced as a whole by each command. steps : iterations to make before it rests; anew : from
+    the random poses."""
+
+    controls: Controls
+    state: State = State.RESTING
+    steps: int = 0
+    anew: bool = True
+
+    def ends(self, under_way: Controls) -> bool:
+        """Whether what is under way must end first."""
+        return self.state is State.CLOSED or self.anew or self.controls.height != under_way.height
+
+    def acts(self, under_way: Controls) -> bool:
+        """Whether there is something to do."""
+        return self.state is State.RUNNING or self.steps > 0 or self.ends(under_way)
+
+
 class LiveRun:
     """Arranges the first objects of a pool in a container, on a thread that begins with the first command.
 
@@ -81,11 +109,12 @@ class LiveRun:
     ):
         self.pool, self.container, self.watch = list(pool), container, watch
         self.settings = settings or Settings()
-        self.controls = controls or Controls(count=min(Controls.count, len(self.pool)))
-        self._check(self.controls)
-        self._changed = threading.Condition()
-        self._going, self._steps, self._anew, self._closed = False, 0, True, False
-        self._waiting, self._error = False, None
+        controls = controls or Controls(count=min(Controls.count, len(self.pool)))
+        self._check(controls)
+        self._changed = threading.Condition()  # guards the three below
+        self._wanted = _Wanted(controls)
+        self._waiting = False
+        self._error: BaseException | None = None
         self._thread: threading.Thread | None = None
         self._scenes: dict[int, Scene] = {}
         self._lattice = query_points.query_lattice(container, POINTS)
@@ -93,48 +122,62 @@ class LiveRun:
 
     # -- commands, from any thread -----------------------------------------------------------------------------------
 
+    @property
+    def controls(self) -> Controls:
+        """What was last asked for."""
+        return self._wanted.controls
+
     def run(self) -> None:
         """Go on until `pause`, or the settings' iterations are done."""
-        self._command(going=True)
+        self._command(lambda wanted: replace(wanted, state=State.RUNNING))
 
     def pause(self) -> None:
         """Rest after the iteration under way."""
-        self._command(going=False, steps=0)
+        self._command(lambda wanted: replace(wanted, state=State.RESTING, steps=0))
 
     def step(self) -> None:
         """One iteration, then rest."""
-        self._command(going=False, steps=self._steps + 1)
+        self._command(lambda wanted: replace(wanted, state=State.RESTING, steps=wanted.steps + 1))
 
     def reset(self) -> None:
         """Back to the random poses, at rest."""
-        self._command(going=False, steps=0, anew=True)
+        self._command(lambda wanted: replace(wanted, state=State.RESTING, steps=0, anew=True))
 
     def change(self, **controls) -> None:
-        """Other controls, in force at the next iteration. Raises InputError where they do not fit the pool."""
-        wanted, now = replace(self.controls, **controls), self.controls
-        self._check(wanted)
-        self.controls = wanted
-        self._command(anew=self._anew or (wanted.count, wanted.seed) != (now.count, now.seed))
+        """Other controls, in force at the next iteration. Raises InputError if they do not fit the pool."""
+
+        def changed(wanted: _Wanted) -> _Wanted:
+            now, then = wanted.controls, replace(wanted.controls, **controls)
+            self._check(then)
+            anew = wanted.anew or (then.count, then.seed) != (now.count, now.seed)
+            return replace(wanted, controls=then, anew=anew)
+
+        self._command(changed)
 
     def wait(self) -> None:
         """Return when it rests. Raises what the run or the watcher has raised."""
         with self._changed:
-            self._changed.wait_for(lambda: self._thread is None or (self._waiting and not self._wanted()))
+            self._changed.wait_for(
+                lambda: self._thread is None or (self._waiting and not self._wanted.acts(self._under_way))
+            )
         if self._error is not None:
             raise self._error
 
+    def _at_rest(self) -> bool:
+        return self._waiting and not self._wanted.acts(self._under_way)
+
     def close(self) -> None:
         """End the thread, and wait for it."""
-        self._command(closed=True)
+        self._command(lambda wanted: replace(wanted, state=State.CLOSED))
         thread = self._thread
         if thread is not None:
             thread.join()
 
-    def _command(self, **states) -> None:
+    def _command(self, changed: Callable[[_Wanted], _Wanted]) -> None:
         with self._changed:
-            for name, value in states.items():
-                setattr(self, f"_{name}", value)
-            if self._thread is None and self._error is None and not self._closed:
+            if self._wanted.state is not State.CLOSED:  # a closed run stays closed
+                self._wanted = changed(self._wanted)
+            if self._thread is None and self._error is None and self._wanted.state is not State.CLOSED:
                 self._thread = threading.Thread(target=self._work, name="live", daemon=True)
                 self._thread.start()
                 atexit.register(self.close)
@@ -151,7 +194,7 @@ class LiveRun:
 
     def _work(self) -> None:
         try:
-            while not self._closed:
+            while self._wanted.state is not State.CLOSED:
                 self._arrange_and_rest()
         except BaseException as error:
             self._error = error
@@ -162,7 +205,8 @@ class LiveRun:
     def _arrange_and_rest(self) -> None:
         """Until other poses or targets are wanted."""
         with self._changed:
-            self._under_way, anew, self._anew = self.controls, self._anew, False
+            self._under_way, anew = self._wanted.controls, self._wanted.anew
+            self._wanted = replace(self._wanted, anew=False)
         self._set_up()
         if anew:
             self._start, self._rows = Poses.random(self._problem.bodies, self.container, self._under_way.seed), []
@@ -173,7 +217,9 @@ class LiveRun:
             self._start = done.poses
             if not done.interrupted:
                 with self._changed:
-                    self._going, self._steps = False, 0
+                    closed = self._wanted.state is State.CLOSED
+                    state = State.CLOSED if closed else State.RESTING
+                    self._wanted = replace(self._wanted, state=state, steps=0)
                 self._show(self._start, judged=True)
 
     def _set_up(self) -> None:
@@ -187,7 +233,8 @@ class LiveRun:
     def _after(self, step: Step) -> Settings | bool:
         """What `arrange` calls after an iteration: a frame where one is due, a rest where one is wanted."""
         self._rows.append(step.losses)
-        resting = not self._going and not self._steps
+        wanted = self._wanted
+        resting = wanted.state is State.RESTING and not wanted.steps
         if resting or time.monotonic() - self._shown > EVERY:
             self._show(Poses(step.rotation, step.translation))
         return self._in_force(self.controls) if self._may_go_on() else True
@@ -197,19 +244,12 @@ class LiveRun:
         with self._changed:
             self._waiting = True
             self._changed.notify_all()
-            self._changed.wait_for(self._wanted)
+            self._changed.wait_for(lambda: self._wanted.acts(self._under_way))
             self._waiting = False
-            if self._ends():
+            if self._wanted.ends(self._under_way):
                 return False
-            self._steps = max(0, self._steps - 1)
+            self._wanted = replace(self._wanted, steps=max(0, self._wanted.steps - 1))
             return True
-
-    def _wanted(self) -> bool:
-        """Whether there is something to do."""
-        return self._going or self._steps > 0 or self._ends()
-
-    def _ends(self) -> bool:
-        return self._closed or self._anew or self.controls.height != self._under_way.height
 
     def _in_force(self, controls: Controls) -> Settings:
         shared = {name: getattr(controls, name) for name in ("lambda_", "epsilon", "overlap_term", "seed")}

@@ -135,3 +135,19 @@ def test_what_the_watcher_raises_is_raised_by_wait(live):
     live.run()
     with pytest.raises(RuntimeError, match="no screen"):
         live.wait()
+
+
+def test_a_closed_run_stays_closed(live):
+    live.step()
+    live.wait()
+    live.close()
+    frames = len(live.frames)
+    live.run()
+    live.wait()
+    assert len(live.frames) == frames
+
+
+def test_controls_that_do_not_fit_change_nothing(live):
+    with pytest.raises(InputError, match="count"):
+        live.change(count=99, lambda_=1.0)
+    assert live.controls == CONTROLS
