@@ -21,6 +21,7 @@ from ..problem import Settings
 from ..util.budget import Budget
 from ..util.errors import InputError
 from ..util.progress import progress_bar
+from .layout import Layout
 from .pool import check_sizes
 from .result import Packing, finish
 from .voxel_correlation import Room, Turned, choose_voxel, quarter_turns
@@ -65,7 +66,7 @@ def pack(
             bar.update()
             bar.set_postfix_str(f"density {best[1]:.4f}")
     placement.placed = best[0]
-    return finish(bodies, list(best[0]), placement.start, container, settings, device, rounds=rounds)
+    return finish(bodies, list(best[0]), placement.poses, container, settings, device, rounds=rounds)
 
 
 class Placement:
@@ -100,8 +101,13 @@ class Placement:
         return float(self.volumes[list(self.placed)].sum() / self.container.volume)
 
     @property
-    def start(self) -> Poses:
-        """The poses of what is placed, in the order of `placed`."""
+    def layout(self) -> Layout:
+        """What is placed, in the order of placing."""
+        return Layout(list(self.placed), self.poses)
+
+    @property
+    def poses(self) -> Poses:
+        """The poses of what is placed, in the order of placing."""
         turns = np.array([turned.rotation for turned, _ in self.placed.values()]).reshape(-1, 3, 3)
         centres = np.array([self.room.centre(*place) for place in self.placed.values()]).reshape(-1, 3)
         return Poses(torch.from_numpy(turns), torch.from_numpy(centres))

@@ -33,7 +33,7 @@ def make(kind: str, bodies: Sequence[Body], container: Container, seed: int = 0)
         return _on_a_grid(start, container, seed)
     placement = Placement(bodies, container, seed, PLACED[kind])
     placement.fill(placement.shaken(np.inf if kind == "gravity" else 0.0))
-    index, placed = list(placement.placed), placement.start
+    index, placed = list(placement.placed), placement.poses
     rotation, translation = start.rotation.double(), start.translation.double()
     rotation[index], translation[index] = placed.rotation.double(), placed.translation.double()
     return Poses(rotation, translation)

@@ -20,8 +20,8 @@ from functools import cached_property
 import numpy as np
 import torch
 
-from ..exact.certificate import TOLERANCE, certify, placed_solid
-from ..exact.overlap_removal import mend
+from ..exact.certificate import certify, placed_solid
+from ..exact.overlap_removal import REPAIR_TOLERANCE, REPAIRABLE_FRACTION, remove_overlaps
 from ..geometry.containers import Container, FreeBox, box
 from ..geometry.meshes import Body
 from ..geometry.sdf import GridStack
@@ -36,7 +36,6 @@ from .contact_solver import Relaxation
 from .moves import Moves
 from .pool import check_sizes
 from .result import Packing, finish
-from .separation import NEARLY, STRICT
 
 EFFORT = 2000  # tries, where no time is given
 FIRST_DENSITY = 0.5  # of the box in which the placement of all begins
@@ -164,7 +163,7 @@ class _Search:
                 raise InputError("not all objects fit between the fixed edges; make them longer, or free them with *")
             self.placement.enter(box(edges), keep=True)
         backwards = np.argsort(list(self.placement.placed))
-        self._keep(*self._drawn_in(self.placement.start.take(backwards)))
+        self._keep(*self._drawn_in(self.placement.poses.take(backwards)))
 
     # -- in a box too small ------------------------------------------------------------------------------------------
 
@@ -262,7 +261,10 @@ class _Search:
                     break
             else:
                 start = Poses(torch.from_numpy(rotation), torch.from_numpy(translation))
-                held, before = mend(self.bodies, start, box(edges), STRICT * TOLERANCE, NEARLY), self.least
+                held, before = (
+                    remove_overlaps(self.bodies, start, box(edges), REPAIR_TOLERANCE, REPAIRABLE_FRACTION),
+                    self.least,
+                )
                 if held is not None and self._keep(*self._drawn_in(held, edges)):
                     again = self._tighten(tight.rotation, tight.translation, tight.edges)
                     return again if self.least < before * (1 - EASILY) else replace(again, tried=again.energy)

@@ -25,15 +25,18 @@ from ..density import mesh_density
 from ..exact.certificate import TOLERANCE, certify
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
+from ..geometry.sdf import GridStack
 from ..optimizer import optimize
 from ..poses import Poses
 from ..problem import Problem, Settings
 from ..util.budget import Budget
 from ..util.errors import InputError
 from ..util.progress import progress_bar
+from .insertion import Voids
+from .layout import Layout
 from .pool import check_sizes
 from .result import Packing, finish
-from .separation import Press
+from .separation import Separation
 
 FIRST_ROUND = 0.15  # of `iterations`: the length of the first and the settling rounds; those between take a quarter
 WALL_WEIGHT = 3.0  # what the paper's lambda of 0.001 becomes while packing
@@ -148,19 +151,22 @@ class _Run:
         """Objects one by one, each kept where the certificate then holds, until PATIENCE of them in a row could not be
         added, or MOST_TRIES were tried."""
         random, refused = np.random.default_rng(self.settings.seed), 0
-        press = Press(self.pool, self.container, self.settings, self.device, random, self.budget.spent)
+        device, stack = self.device, GridStack.of_bodies(self.pool, self.device)
+        voids = Voids(self.pool, self.container, device, random, stack)
+        separation = Separation(self.pool, self.container, self.settings, device, self.budget.spent, stack)
         for attempt in range(MOST_TRIES):
             if len(self.chosen) == len(self.pool) or refused == PATIENCE or self.stopped:
                 break
             refused += 1
-            chosen, start = press.add(self.chosen, self.start, 1, press.shareable)
-            if len(chosen) == len(self.chosen):
+            layout = voids.fill(Layout(self.chosen, self.start), 1)
+            if len(layout) == len(self.chosen):
                 continue
-            start = press.press_in(chosen, start, self.settings.seed + attempt, 1, patient=True)
-            if start is not None:
-                self.chosen, self.start, refused = chosen, start, 0
+            movers = voids.neighbours(layout, inserted=1)
+            separated = separation.separate(layout, self.settings.seed + attempt, movers, patient=True)
+            if separated is not None:
+                self.chosen, self.start, refused = separated.chosen, separated.poses, 0
                 self._record(added=True)
-        self.histories += press.history
+        self.histories += separation.history
 
     @property
     def stopped(self) -> bool:

@@ -19,7 +19,8 @@ from scipy.spatial import QhullError
 from ..exact.certificate import Certificate, certify
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
-from ..packing.separation import Press
+from ..packing.layout import Layout
+from ..packing.separation import Separation
 from ..poses import Poses, file_to_world
 from ..problem import Settings
 from ..util import o3d
@@ -105,17 +106,17 @@ def settle(bodies: Sequence[Body], matrices: np.ndarray, container: Container, s
             break
     mujoco.mj_forward(model, data)
     ids = [model.body(f"{i}").id for i in range(len(bodies))]
-    start = Poses(
+    poses = Poses(
         torch.from_numpy(data.xmat[ids].reshape(-1, 3, 3).copy()), torch.from_numpy(data.xpos[ids].copy() * unit)
     )
-    placed = _placed(bodies, start)
+    placed = _placed(bodies, poses)
     certificate = certify(bodies, placed, container)
     soft_faults = len(certificate.lines())
     if soft_faults:
-        press = Press(bodies, container, Settings(), torch.device("cpu"), np.random.default_rng(0), lambda: False)
-        mended = press.settle(list(range(len(bodies))), start, 0)
-        if mended is not None:
-            placed = _placed(bodies, mended)
+        separation = Separation(bodies, container, Settings(), torch.device("cpu"), spent=lambda: False)
+        separated = separation.settle(Layout(list(range(len(bodies))), poses), seed=0)
+        if separated is not None:
+            placed = _placed(bodies, separated.poses)
             certificate = certify(bodies, placed, container)
     centres = [_centres(bodies, m) for m in (matrices, placed)]
     trace = np.einsum("nij,nij->n", matrices[:, :3, :3], placed[:, :3, :3])
@@ -124,8 +125,8 @@ def settle(bodies: Sequence[Body], matrices: np.ndarray, container: Container, s
     return Settled(placed, moved, turned, at_rest, step * STEP, soft_faults, certificate)
 
 
-def _placed(bodies: Sequence[Body], start: Poses) -> np.ndarray:
-    return file_to_world(bodies, start.rotation, start.translation)
+def _placed(bodies: Sequence[Body], poses: Poses) -> np.ndarray:
+    return file_to_world(bodies, poses.rotation, poses.translation)
 
 
 def _centres(bodies: Sequence[Body], matrices: np.ndarray) -> np.ndarray:
