@@ -20,7 +20,7 @@ STARTS = ("random", "grid", *PLACED)
 def make(kind: str, bodies: Sequence[Body], container: Container, seed: int = 0) -> Poses:
     """Poses of all bodies. Raises InputError for an unknown kind.
 
-    kind : "random", as `Start.random`; "grid", turned at random, their centres on a lattice in the container, as widely
+    kind : "random", as `Poses.random`; "grid", turned at random, their centres on a lattice in the container, as widely
     spaced as gives all of them a point; "gravity", dropped from above one after the other in a random order;
     "spectral", placed where they lie most snugly, the largest first. What the last two find no room for stays random.
     """

@@ -21,6 +21,10 @@ def begun(shape="auto", count=6):
     return search, search.begin(rotation, 0.03 * random.standard_normal((count, 3)), EDGES)
 
 
+def tune(monkeypatch, **numbers):
+    monkeypatch.setattr(guided_local_search, "TUNING", replace(guided_local_search.TUNING, **numbers))
+
+
 def test_overlap_falls_in_a_box_too_small():
     search, state = begun()
     first = state
@@ -39,7 +43,7 @@ def test_the_same_seed_gives_the_same_state():
 
 
 def test_tries_without_gain_are_counted_until_weights_change(monkeypatch):
-    monkeypatch.setattr(guided_local_search, "TUNING", replace(guided_local_search.TUNING, tries_before_weighing=2))
+    tune(monkeypatch, tries_before_weighing=2)
     search, state = begun()
     stuck = replace(state, energy=state.energy * 1e-9)  # no move is better than that
     for tries in (1, 2):
@@ -66,9 +70,7 @@ def test_what_stays_overlapping_weighs_more():
 
 @pytest.mark.parametrize(("shape", "changes"), [("auto", True), ("auto:cube", False), ("auto:0.13,0.13,*", False)])
 def test_free_edges_change_at_the_same_volume(monkeypatch, shape, changes):
-    monkeypatch.setattr(
-        guided_local_search, "TUNING", replace(guided_local_search.TUNING, reshaped_fraction_of_tries=1.0)
-    )
+    tune(monkeypatch, reshaped_fraction_of_tries=1.0)
     search, state = begun(shape)
     edges, rotation, translation = search._moved(state)
     moves = guided_local_search.TUNING.moves_per_try
@@ -80,9 +82,7 @@ def test_free_edges_change_at_the_same_volume(monkeypatch, shape, changes):
 
 
 def test_fixed_edges_stay(monkeypatch):
-    monkeypatch.setattr(
-        guided_local_search, "TUNING", replace(guided_local_search.TUNING, reshaped_fraction_of_tries=1.0)
-    )
+    tune(monkeypatch, reshaped_fraction_of_tries=1.0)
     search, state = begun()
     search.shape = FreeBox((None, None, 0.13))
     edges, _, _ = search._moved(state)
