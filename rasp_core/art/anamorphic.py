@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..exact.certificate import TOLERANCE, Certificate, certify
-from ..exact.overlap_removal import mend
+from ..exact.certificate import Certificate, certify
+from ..exact.overlap_removal import REPAIR_TOLERANCE, remove_overlaps
 from ..exact.visual_hull import visual_hull
 from ..geometry.cameras import Camera
 from ..geometry.containers import box
@@ -23,7 +23,6 @@ from ..geometry.meshes import Body, unique_names
 from ..geometry.silhouette_edges import Views
 from ..objective import LOSS_NAMES
 from ..optimizer import Arrangement, optimize
-from ..packing.separation import STRICT
 from ..poses import file_to_world
 from ..problem import Problem, Settings
 from ..silhouettes import likeness, render, render_at_rest
@@ -215,10 +214,10 @@ def _free(covering: Covering) -> None:
         bodies = unique_names([covering.pool[i] for i in covering.chosen])
         start = covering.start
         matrices = file_to_world(bodies, start.rotation, start.translation)
-        certificate = certify(bodies, matrices, room, STRICT * TOLERANCE)
+        certificate = certify(bodies, matrices, room, REPAIR_TOLERANCE)
         if certificate.holds:
             return
-        mended = mend(bodies, start, room, STRICT * TOLERANCE, LARGEST_FAULT)
+        mended = remove_overlaps(bodies, start, room, REPAIR_TOLERANCE, LARGEST_FAULT)
         if mended is not None:
             covering.take(covering.chosen, mended)
             return
@@ -236,11 +235,11 @@ def _draw_in(covering: Covering, seed: int, device) -> np.ndarray:
     settings = replace(DRAWING, resolution=covering.size, contact_margin=MARGIN * covering.width, seed=seed)
     scene = problem.scene(device)
     run = optimize(problem, settings, before, device, scene=scene)
-    mended = mend(bodies, run.poses, room, STRICT * TOLERANCE, LARGEST_FAULT)
+    mended = remove_overlaps(bodies, run.poses, room, REPAIR_TOLERANCE, LARGEST_FAULT)
     if mended is None:
         parting = replace(settings, silhouette_weight=0.0, iterations=60, learning_rate=settings.learning_rate / 10)
         parted = optimize(problem, parting, run.poses, device, scene=scene).poses
-        mended = mend(bodies, parted, room, STRICT * TOLERANCE, LARGEST_FAULT)
+        mended = remove_overlaps(bodies, parted, room, REPAIR_TOLERANCE, LARGEST_FAULT)
     if mended is not None:
         covering.take(chosen, mended)
     if covering.likeness.mean() < alike:

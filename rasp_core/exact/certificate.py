@@ -48,7 +48,7 @@ class Certificate:
 
     @property
     def holds(self) -> bool:
-        """True where nothing overlaps and nothing sticks out."""
+        """True if nothing overlaps and nothing sticks out."""
         return not self.overlaps and not self.protrusions
 
     def to_dict(self) -> dict:
@@ -96,10 +96,10 @@ def certify(
 
 
 def placed_solid(body: Body, matrix: np.ndarray) -> manifold3d.Manifold:
-    """The body's solid where `matrix` `(4, 4)` puts it."""
-    place = np.asarray(matrix, np.float64)[:3].copy()
-    place[:, 3] += place[:, :3] @ body.centre
-    return body.manifold.transform(place)
+    """The body's solid where `matrix` `(4, 4)`, from file coordinates to the world, puts it."""
+    pose = np.asarray(matrix, np.float64)[:3].copy()
+    pose[:, 3] += pose[:, :3] @ body.centre
+    return body.manifold.transform(pose)
 
 
 def pairs_of_boxes(boxes: np.ndarray) -> list[tuple[int, int]]:

@@ -19,27 +19,29 @@ from ..geometry.meshes import Body
 from ..poses import Poses, angles_to_rotation, file_to_world
 from .certificate import TOLERANCE, pairs_of_boxes, placed_solid
 
-SWEEPS = 25
-BETTER = 0.8  # the worst fault must fall below this share of what it was some sweeps ago
-PATIENCE = 6  # sweeps
+MOST_SWEEPS = 25
+PATIENCE_SWEEPS = 6  # in which the worst fault must fall
+FALLEN_TO = 0.8  # of what it was, at most
+REPAIR_TOLERANCE = 0.95 * TOLERANCE  # what searches ask for: a little less than certified, as rounding changes volumes
+REPAIRABLE_FRACTION = 20 * TOLERANCE  # of the smaller body's volume: faults that are worth the attempt
 
 
 @dataclass(frozen=True)
 class _Fault:
     """A solid that should be empty: where two bodies share space, or one is outside the container.
 
-    movers : indices of the bodies that bound it. share : its volume over the smaller body's.
+    movers : indices of the bodies that bound it. volume : cubic metres. fraction : of the smaller body's volume.
     """
 
     movers: tuple[int, ...]
     solid: manifold3d.Manifold
     volume: float
-    share: float
+    fraction: float
 
 
-def mend(
+def remove_overlaps(
     bodies: Sequence[Body],
-    start: Poses,
+    poses: Poses,
     container: Container,
     tolerance: float = TOLERANCE,
     largest: float = np.inf,
@@ -47,27 +49,27 @@ def mend(
 ) -> Poses | None:
     """Move bodies that overlap or stick out a little, until none does by more than `tolerance` of its volume.
 
-    Returns the poses for which exact booleans find that, or None where the faults do not get smaller. For faults of
-    some thousandths of a volume: what begins with one above `largest` is given up at once. There are at most SWEEPS
-    sweeps, in which all bodies at fault move at once. movers : the bodies that may move, all where None; what the
-    others have among themselves is taken as it is.
+    Returns the poses for which exact booleans find that, float64, or None if the faults do not get smaller. For faults
+    of some thousandths of a volume: what begins with one above `largest`, a fraction of the smaller body's volume, is
+    given up at once. There are at most MOST_SWEEPS sweeps, in which all bodies at fault move at once. movers : indices
+    of the bodies that may move, all if None; what the others have among themselves is taken as it is.
     """
-    rotation, translation = start.rotation.double(), start.translation.double()
+    rotation, translation = poses.rotation.double(), poses.translation.double()
     reach = [body.radius for body in bodies]
     movable = np.isin(np.arange(len(bodies)), np.arange(len(bodies)) if movers is None else movers)
     faults, worst_of = _Faults(bodies, container, movable), []
-    for _ in range(SWEEPS):
+    for _ in range(MOST_SWEEPS):
         found = faults.at(Poses(rotation, translation))
-        worst_of.append(max((fault.share for fault in found), default=0.0))
+        worst_of.append(max((fault.fraction for fault in found), default=0.0))
         if worst_of[-1] <= tolerance:
             return Poses(rotation, translation)
         if worst_of[0] > largest:
             return None
-        if len(worst_of) > PATIENCE and worst_of[-1] > BETTER * worst_of[-1 - PATIENCE]:
+        if len(worst_of) > PATIENCE_SWEEPS and worst_of[-1] > FALLEN_TO * worst_of[-1 - PATIENCE_SWEEPS]:
             return None
         shift, turn = torch.zeros_like(translation), torch.zeros_like(translation)
         for fault in found:
-            if fault.share < tolerance / 2:
+            if fault.fraction < tolerance / 2:
                 continue
             free = [i for i in fault.movers if movable[i]]
             slopes = [(i, *_slope(fault.solid, faults.solids[i], translation[i].numpy())) for i in free]
@@ -91,9 +93,9 @@ class _Faults:
         self.solids: list[manifold3d.Manifold] = [None] * len(bodies)
         self.found: dict[tuple[int, ...], _Fault] = {}
 
-    def at(self, start: Poses) -> list[_Fault]:
-        """The faults where bodies lie as `start` says."""
-        matrices = file_to_world(self.bodies, start.rotation, start.translation)
+    def at(self, poses: Poses) -> list[_Fault]:
+        """The faults of the bodies at some poses."""
+        matrices = file_to_world(self.bodies, poses.rotation, poses.translation)
         moved = set(np.flatnonzero((matrices != self.matrices).any((1, 2))).tolist())
         self.matrices = matrices
         for i in moved:
@@ -113,8 +115,8 @@ class _Faults:
     def _note(self, movers: tuple[int, ...], solid: manifold3d.Manifold) -> None:
         volume = solid.volume()
         if volume > 0:
-            share = volume / min(self.bodies[i].volume for i in movers)
-            self.found[movers] = _Fault(movers, solid, volume, share)
+            fraction = volume / min(self.bodies[i].volume for i in movers)
+            self.found[movers] = _Fault(movers, solid, volume, fraction)
 
 
 def _slope(

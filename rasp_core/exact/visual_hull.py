@@ -18,7 +18,7 @@ TOLERANCE = 0.1  # of a pixel, by which outlines are straightened
 def visual_hull(images: np.ndarray, cameras: Sequence[Camera]) -> Body:
     """The visual hull of silhouettes `(K, H, H)` in [0, 1], row 0 on top, seen by K cameras (Laurentini 1994).
 
-    Its own silhouettes are the best that any solid can do. Raises InputError where there are not as many images as
+    Its own silhouettes are the best that any solid can do. Raises InputError if there are not as many images as
     cameras, an image is not square or is empty, two views look along one line, or nothing lies in all silhouettes.
     """
     if len(images) != len(cameras) or not len(cameras):
@@ -41,7 +41,7 @@ def visual_hull(images: np.ndarray, cameras: Sequence[Camera]) -> Body:
 
 
 def extrusion(image: np.ndarray, camera: Camera) -> Manifold:
-    """All points that a view's silhouette `(H, H)` hides, a width before and behind its centre. Raises InputError where
+    """All points that a view's silhouette `(H, H)` hides, a width before and behind its centre. Raises InputError if
     the image is not square, or nothing of it is dark."""
     from contourpy import contour_generator
 

@@ -4,7 +4,7 @@
 - dblf: deepest, then furthest back, then furthest left, holes included (Wang et al. 2010, Two natural heuristics);
 - heightmap: dropped from above where it raises the surface least (Wang & Hauser 2021, Dense robotic packing).
 
-Any of them can be ruined and built again: what lies about a random place is taken out, and the container filled anew.
+Any of them can be ruined and built again: what lies about a random point is taken out, and the container filled anew.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from ..problem import Settings
 from ..util.budget import Budget
 from ..util.errors import InputError
 from ..util.progress import progress_bar
+from .layout import Layout
 from .pool import check_sizes
 from .result import Packing, finish
 from .voxel_correlation import Room, Turned, choose_voxel, quarter_turns
@@ -29,7 +30,7 @@ RULES = {"spectral": Room.snuggest, "dblf": Room.deepest, "heightmap": Room.flat
 SHUFFLE = 0.15  # of the order by volume, when the container is filled anew
 TEMPERATURE = 0.003  # density that a rebuilding may lose now and then
 FEW_VOXELS = 10_000  # of a room in which placing again and again costs little
-LARGEST_RUIN = 0.5  # share of the objects taken out at once
+MOST_RUINED_FRACTION = 0.5  # of the objects, taken out at once
 
 
 def pack(
@@ -46,7 +47,7 @@ def pack(
     """One placement, the largest first; or the best of more, in shaken orders.
 
     rule : one of RULES. sequences : orders tried. shuffle : spread of the logarithm by which the volumes' order is
-    shaken, infinite for random orders, the first included. time_limit : seconds; where given, as many as it allows.
+    shaken, infinite for random orders, the first included. time_limit : seconds; if given, as many as it allows.
     settings : seed and resolution count. Raises InputError as `dense.pack` does, and for an unknown rule.
     """
     settings = settings or Settings()
@@ -65,7 +66,7 @@ def pack(
             bar.update()
             bar.set_postfix_str(f"density {best[1]:.4f}")
     placement.placed = best[0]
-    return finish(bodies, list(best[0]), placement.start, container, settings, device, rounds=rounds)
+    return finish(bodies, list(best[0]), placement.poses, container, settings, device, rounds=rounds)
 
 
 class Placement:
@@ -100,23 +101,28 @@ class Placement:
         return float(self.volumes[list(self.placed)].sum() / self.container.volume)
 
     @property
-    def start(self) -> Poses:
-        """The poses of what is placed, in the order of `placed`."""
+    def layout(self) -> Layout:
+        """What is placed, in the order of placing."""
+        return Layout(list(self.placed), self.poses)
+
+    @property
+    def poses(self) -> Poses:
+        """The poses of what is placed, in the order of placing."""
         turns = np.array([turned.rotation for turned, _ in self.placed.values()]).reshape(-1, 3, 3)
-        centres = np.array([self.room.centre(*place) for place in self.placed.values()]).reshape(-1, 3)
+        centres = np.array([self.room.centre(turned, shift) for turned, shift in self.placed.values()]).reshape(-1, 3)
         return Poses(torch.from_numpy(turns), torch.from_numpy(centres))
 
     def shaken(self, shuffle: float = SHUFFLE) -> np.ndarray:
-        """The largest first, but for some chance; by chance alone where `shuffle` is infinite."""
+        """`(N,)` pool indices: the largest first, but for some chance; by chance alone if `shuffle` is infinite."""
         chance = self.random.standard_normal(len(self.volumes))
         return np.argsort(chance if np.isinf(shuffle) else -self.volumes * np.exp(shuffle * chance))
 
     def fill(self, order: Sequence[int] | None = None, stop: Callable[[], bool] = lambda: False) -> None:
-        """Place what fits, in the given order of pool indices; the largest first where None."""
+        """Place what fits, in the given order of pool indices; the largest first if None."""
         order = np.argsort(-self.volumes, kind="stable") if order is None else order
         self.room.clear()
-        for place in self.placed.values():
-            self.room.place(*place)
+        for turned, shift in self.placed.values():
+            self.room.place(turned, shift)
         free = (~self.room.taken).sum() * self.room.voxel**3 * (1 + 1e-6)
         refused: set[str] = set()
         for index in map(int, order):
@@ -125,16 +131,17 @@ class Placement:
                 continue
             if stop():
                 return
-            place = self.rule(self.room, self._turns(body))
-            if place is None:
+            found = self.rule(self.room, self._turns(body))
+            if found is None:
                 refused.add(body.digest)
                 continue
-            self.room.place(*place)
-            self.placed[index] = place
+            turned, shift = found
+            self.room.place(turned, shift)
+            self.placed[index] = turned, shift
             free -= body.volume
 
     def rebuild(self, stop: Callable[[], bool] = lambda: False) -> None:
-        """Take out what lies about a random place and fill anew in a shaken order; kept where it loses nothing, or by
+        """Take out what lies about a random point and fill anew in a shaken order; kept where it loses nothing, or by
         chance little."""
         before, density = dict(self.placed), self.density
         spot = self.random.random(3) * self.room.shape
@@ -142,9 +149,9 @@ class Placement:
             index: np.linalg.norm(shift + np.array(turned.voxels.shape) / 2 - spot)
             for index, (turned, shift) in before.items()
         }
-        most = max(3, int(LARGEST_RUIN * len(before)))
+        most = max(3, int(MOST_RUINED_FRACTION * len(before)))
         ruined = sorted(away, key=away.get)[: self.random.integers(2, most)]
-        self.placed = {index: place for index, place in before.items() if index not in ruined}
+        self.placed = {index: pose for index, pose in before.items() if index not in ruined}
         self.fill(self.shaken(), stop)
         if self.random.random() > np.exp((self.density - density) / TEMPERATURE) or stop():
             self.placed = before

@@ -1,6 +1,6 @@
 """Overlapping bodies pushed apart, all at once: the least of their surface contact, by a Levenberg-Marquardt method.
 
-Where Adam on the paper's losses wants hundreds of iterations, some tens of steps come to the least here, since a step
+While Adam on the paper's losses wants hundreds of iterations, some tens of steps come to the least here, since a step
 knows how stiff each contact is. Contact sees no picture and no query points, so this is for what packing needs: a
 verdict, in hundredths of a second, on how nearly many bodies fit where they are put. On the CPU.
 """
@@ -8,6 +8,7 @@ verdict, in hundredths of a second, on how nearly many bodies fit where they are
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import torch
@@ -18,13 +19,27 @@ from ..geometry.sdf import GridStack
 from ..kernels import dispatch
 from ..scene import SAMPLE_SPACING, surface_samples
 
-BLOCK = 8  # surface samples that are passed over together, at most
+BLOCK_SAMPLES = 8  # of a surface that are passed over together, at most
+
+
+class Relaxed(NamedTuple):
+    """What S starts came to: energy `(S,)`, m^4; rotation `(S, N, 3, 3)`, translation `(S, N, 3)`; energy_of_body
+    `(S, N)`, each body's part of the energy."""
+
+    energy: np.ndarray
+    rotation: np.ndarray
+    translation: np.ndarray
+    energy_of_body: np.ndarray
+
+    def of(self, start: int) -> Relaxed:
+        """Of one start, without the first axis."""
+        return Relaxed(*(values[start] for values in self))
 
 
 class Relaxation:
     """Bodies to be pushed apart, any number of times.
 
-    spacing : between surface samples, in cells of a body's grid. stack : the bodies' grids, where they are at hand.
+    spacing : between surface samples, in cells of a body's grid. stack : the bodies' grids, if they are at hand.
     """
 
     def __init__(self, bodies: Sequence[Body], spacing: float = SAMPLE_SPACING, stack: GridStack | None = None):
@@ -46,26 +61,26 @@ class Relaxation:
         margin: float,
         ceiling: np.ndarray,
         weight: np.ndarray | None = None,
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """The least energies that are found from S starts, `(S,)`, m^4; their poses; each body's share `(S, N)`.
+    ) -> Relaxed:
+        """The least energies that are found from S starts, and the poses that have them.
 
         rotation `(S, N, 3, 3)`, translation `(S, N, 3)` : of the bodies' centres; float64, left as they are. margin :
         metres that each body keeps from the wall, and half of what it keeps from another. ceiling `(K,)` : energies; a
         start that is above its step's is given up, and after K steps all end. weight `(N,)` : by the mean of which what
-        two bodies share counts, 1 where None.
+        two bodies share counts, 1 if None.
 
         The energy is `contact.contact`'s, the sum over surface samples of area times depth squared.
         """
         from ..kernels.levenberg_marquardt import relax
 
         rotation, translation = np.array(rotation, np.float64), np.array(translation, np.float64)
-        energy, share = np.zeros(len(rotation)), np.zeros(rotation.shape[:2])
+        energy, energy_of_body = np.zeros(len(rotation)), np.zeros(rotation.shape[:2])
         weight = np.ones_like(self.radius) if weight is None else weight
         scene = container.arrays(torch.float32), self.grids, self.samples, self.half, self.radius, weight
         poses, ceiling = (rotation, translation), np.asarray(ceiling, np.float64)
         with dispatch.alone(torch.device("cpu")):
-            dispatch.share(relax, scene, *poses, margin, ceiling, energy, share)
-        return energy, rotation, translation, share
+            dispatch.share(relax, scene, *poses, margin, ceiling, energy, energy_of_body)
+        return Relaxed(energy, rotation, translation, energy_of_body)
 
 
 def _in_blocks(bodies: Sequence[Body], spacing: float) -> tuple[np.ndarray, ...]:
@@ -90,7 +105,7 @@ def _in_blocks(bodies: Sequence[Body], spacing: float) -> tuple[np.ndarray, ...]
 
 def _halved(points: np.ndarray, rows: np.ndarray):
     """Blocks of nearby rows: halved across the longest edge of their box until they are small enough."""
-    if len(rows) <= BLOCK:
+    if len(rows) <= BLOCK_SAMPLES:
         yield rows
         return
     along = np.ptp(points[rows], axis=0).argmax()

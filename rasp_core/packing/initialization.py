@@ -20,7 +20,7 @@ STARTS = ("random", "grid", *PLACED)
 def make(kind: str, bodies: Sequence[Body], container: Container, seed: int = 0) -> Poses:
     """Poses of all bodies. Raises InputError for an unknown kind.
 
-    kind : "random", as `Start.random`; "grid", turned at random, their centres on a lattice in the container, as widely
+    kind : "random", as `Poses.random`; "grid", turned at random, their centres on a lattice in the container, as widely
     spaced as gives all of them a point; "gravity", dropped from above one after the other in a random order;
     "spectral", placed where they lie most snugly, the largest first. What the last two find no room for stays random.
     """
@@ -33,7 +33,7 @@ def make(kind: str, bodies: Sequence[Body], container: Container, seed: int = 0)
         return _on_a_grid(start, container, seed)
     placement = Placement(bodies, container, seed, PLACED[kind])
     placement.fill(placement.shaken(np.inf if kind == "gravity" else 0.0))
-    index, placed = list(placement.placed), placement.start
+    index, placed = list(placement.placed), placement.poses
     rotation, translation = start.rotation.double(), start.translation.double()
     rotation[index], translation[index] = placed.rotation.double(), placed.translation.double()
     return Poses(rotation, translation)

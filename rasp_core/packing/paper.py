@@ -6,16 +6,16 @@ the most that fit with no intersection. It departs from the text so:
 - every round goes on from the poses of the round before instead of from new random ones;
 - what is dropped is chosen: the objects that share the most volume with others, for their own volume (by booleans);
 - what is added starts where, of random rotations and all places, it shares the least volume with the others;
-- lambda is WALL_WEIGHT: with the paper's 0.001 the overlap term, a sum over points of depths in metres, outweighs the
+- lambda is 3 instead: with the paper's 0.001 the overlap term, a sum over points of depths in metres, outweighs the
   walls by far and pushes everything out of the box;
 - a last stage has surface contact (`contact.contact`) alone, which sees overlaps thinner than the spacing of the
-  query points; where objects are added, Eq. 5 acts beyond the walls only (`pressing`).
+  query points; where objects are added, Eq. 5 acts beyond the walls only (`separation`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -25,25 +25,36 @@ from ..density import mesh_density
 from ..exact.certificate import TOLERANCE, certify
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
+from ..geometry.sdf import GridStack
 from ..optimizer import optimize
 from ..poses import Poses
 from ..problem import Problem, Settings
 from ..util.budget import Budget
 from ..util.errors import InputError
 from ..util.progress import progress_bar
+from .insertion import Voids
+from .layout import Layout
 from .pool import check_sizes
 from .result import Packing, finish
-from .separation import Press
+from .separation import Separation
 
-FIRST_ROUND = 0.15  # of `iterations`: the length of the first and the settling rounds; those between take a quarter
-WALL_WEIGHT = 3.0  # what the paper's lambda of 0.001 becomes while packing
-CLEARANCE = 3e-4  # contact margin, in viewing widths
-RESOLVABLE = 0.01  # share of overlapping volume that the last stage can press out
-LARGEST_DROP = 0.08  # share of the objects dropped in one round
-PATIENCE = 12  # objects in a row that could not be added, after which N_max is reached
-MOST_TRIES = 50  # objects tried at most
-STRAY = 0.005  # of a body's radius: how far surfaces may stray where booleans only choose what is dropped
-STALLED = 0.7  # a settling round that leaves more than this of the worst fault has stalled
+
+@dataclass(frozen=True)
+class PaperTuning:
+    """What the search about the paper's loop was tuned to."""
+
+    first_round_of_iterations: float = 0.15  # the first and the settling rounds; those between take a quarter of it
+    wall_weight: float = 3.0  # what the paper's lambda of 0.001 becomes while packing, per metre
+    contact_margin_of_width: float = 3e-4  # of the viewing width
+    resolvable_fault_fraction: float = 0.01  # of the objects' volume: what the last stage can press out
+    most_dropped_fraction: float = 0.08  # of the objects, in one round
+    refusals_until_full: int = 12  # objects in a row that could not be added, after which N_max is reached
+    most_additions_tried: int = 50
+    simplified_by_of_radius: float = 0.005  # how far surfaces may stray when booleans only choose what is dropped
+    stalled_fraction: float = 0.7  # a settling round that leaves more than this of the worst fault has stalled
+
+
+TUNING = PaperTuning()
 
 
 def initial_count(bodies: Sequence[Body], container: Container) -> int:
@@ -83,13 +94,22 @@ def pack(
 
 
 class _Run:
-    """One packing under way."""
+    """One packing under way: the objects `chosen` at `poses`, and the last round's arrangement and certificate."""
 
-    def __init__(self, pool, container, chosen, settings, device, time_limit, progress):
+    def __init__(
+        self,
+        pool: Sequence[Body],
+        container: Container,
+        chosen: list[int],
+        settings: Settings,
+        device: str | torch.device,
+        time_limit: float | None,
+        progress: bool,
+    ):
         self.pool, self.container, self.chosen = pool, container, chosen
         self.settings, self.device = settings, device
         self.budget = Budget(time_limit)
-        self.start = Poses.random(self.bodies, container, settings.seed)
+        self.poses = Poses.random(self.bodies, container, settings.seed)
         self.rough: list[Body] = []  # the pool, simplified
         self.histories, self.rounds = [], []
         self.bar = progress_bar("pack", "it", progress)
@@ -103,19 +123,19 @@ class _Run:
         return Packing(self.arrangement, self.chosen, self.certificate, self.arrangement.history, self.rounds)
 
     def search(self) -> Packing:
-        length = max(1, round(FIRST_ROUND * self.settings.iterations))
+        length = max(1, round(TUNING.first_round_of_iterations * self.settings.iterations))
         base = replace(
             self.settings,
             iterations=length,
-            lambda_=self.settings.lambda_ * WALL_WEIGHT / losses.LAMBDA,
+            lambda_=self.settings.lambda_ * TUNING.wall_weight / losses.LAMBDA,
             learning_rate=2e-2,
             final_learning_rate=3e-3,
         )
         self.rough = [_simplified(body) for body in self.pool]
         self._round(base, rough=True)
         relax = replace(base, iterations=max(1, length // 4), learning_rate=8e-3, final_learning_rate=2e-3)
-        while not self.stopped and self.fault_share > RESOLVABLE:
-            self._drop(max(1, int(len(self.chosen) * min(LARGEST_DROP, self.fault_share))))
+        while not self.stopped and self.fault_fraction > TUNING.resolvable_fault_fraction:
+            self._drop(max(1, int(len(self.chosen) * min(TUNING.most_dropped_fraction, self.fault_fraction))))
             self._round(relax, rough=True)
         self._judge()
         settle = replace(
@@ -126,11 +146,11 @@ class _Run:
             overlap_weight=0.0,
             lambda_=0.0,
             contact_weight=1.0,
-            contact_margin=CLEARANCE * max(camera.width for camera in self.container.views()),
+            contact_margin=TUNING.contact_margin_of_width * max(camera.width for camera in self.container.views()),
         )
         before = np.inf
         while not self.stopped and not self.certificate.holds:
-            if self.worst > STALLED * before:
+            if self.worst > TUNING.stalled_fraction * before:
                 self._drop(1)
             before = self.worst
             self._round(settle)
@@ -140,27 +160,37 @@ class _Run:
         self._add()
         interrupted = self.stopped or self.budget.spent()
         return finish(
-            *(self.pool, self.chosen, self.start, self.container, self.settings, self.device),
-            *(self.histories, self.rounds, interrupted),
+            self.pool,
+            self.chosen,
+            self.poses,
+            self.container,
+            self.settings,
+            self.device,
+            history=self.histories,
+            rounds=self.rounds,
+            interrupted=interrupted,
         )
 
     def _add(self) -> None:
-        """Objects one by one, each kept where the certificate then holds, until PATIENCE of them in a row could not be
-        added, or MOST_TRIES were tried."""
+        """Objects one by one, each kept if the certificate then holds, until too many of them in a row could not
+        be added, or enough were tried."""
         random, refused = np.random.default_rng(self.settings.seed), 0
-        press = Press(self.pool, self.container, self.settings, self.device, random, self.budget.spent)
-        for attempt in range(MOST_TRIES):
-            if len(self.chosen) == len(self.pool) or refused == PATIENCE or self.stopped:
+        device, stack = self.device, GridStack.of_bodies(self.pool, self.device)
+        voids = Voids(self.pool, self.container, device, random, stack)
+        separation = Separation(self.pool, self.container, self.settings, device, self.budget.spent, stack)
+        for attempt in range(TUNING.most_additions_tried):
+            if len(self.chosen) == len(self.pool) or refused == TUNING.refusals_until_full or self.stopped:
                 break
             refused += 1
-            chosen, start = press.add(self.chosen, self.start, 1, press.shareable)
-            if len(chosen) == len(self.chosen):
+            layout = voids.fill(Layout(self.chosen, self.poses), 1)
+            if len(layout) == len(self.chosen):
                 continue
-            start = press.press_in(chosen, start, self.settings.seed + attempt, 1, patient=True)
-            if start is not None:
-                self.chosen, self.start, refused = chosen, start, 0
+            movers = voids.neighbours(layout, inserted=1)
+            separated = separation.separate(layout, self.settings.seed + attempt, movers, patient=True)
+            if separated is not None:
+                self.chosen, self.poses, refused = separated.chosen, separated.poses, 0
                 self._record(added=True)
-        self.histories += press.history
+        self.histories += separation.history
 
     @property
     def stopped(self) -> bool:
@@ -171,14 +201,14 @@ class _Run:
         return max(self.certificate.worst_overlap, self.certificate.worst_protrusion)
 
     @property
-    def fault_share(self) -> float:
+    def fault_fraction(self) -> float:
         faults = self.certificate.overlap_volume + self.certificate.protrusion_volume
         return faults / sum(body.volume for body in self.bodies)
 
     def _round(self, settings: Settings, rough: bool = False) -> None:
         problem = Problem(self.bodies, self.container)
-        self.arrangement = optimize(problem, settings, self.start, self.device, callback=self._after_step)
-        self.start = self.arrangement.poses
+        self.arrangement = optimize(problem, settings, self.poses, self.device, callback=self._after_step)
+        self.poses = self.arrangement.poses
         self.histories.append(self.arrangement.history)
         self._judge(rough)
 
@@ -193,9 +223,9 @@ class _Run:
         self._record(added=False)
 
     def _record(self, added: bool) -> None:
-        density, share = mesh_density(self.bodies, self.container), 0.0 if added else self.fault_share
-        self.rounds.append({"added": added, "objects": len(self.chosen), "density": density, "fault_share": share})
-        self.bar.set_postfix_str(f"objects {len(self.chosen)}, density {density:.4f}, overlap {share:.1e}")
+        density, faults = mesh_density(self.bodies, self.container), 0.0 if added else self.fault_fraction
+        self.rounds.append({"added": added, "objects": len(self.chosen), "density": density, "fault_share": faults})
+        self.bar.set_postfix_str(f"objects {len(self.chosen)}, density {density:.4f}, overlap {faults:.1e}")
 
     def _drop(self, count: int) -> None:
         """Take out the `count` objects with the most volume at fault for their own volume."""
@@ -207,15 +237,17 @@ class _Run:
             at_fault[overlap.second] += overlap.volume
         for protrusion in self.certificate.protrusions:
             at_fault[protrusion.body] += protrusion.volume
-        share = np.array([at_fault[body.name] / body.volume for body in self.bodies])
-        keep = sorted(np.argsort(-share, kind="stable")[count:].tolist())
+        fraction = np.array([at_fault[body.name] / body.volume for body in self.bodies])
+        keep = sorted(np.argsort(-fraction, kind="stable")[count:].tolist())
         self.chosen = [self.chosen[i] for i in keep]
-        self.start = self.start.take(keep)
+        self.poses = self.poses.take(keep)
         problem = replace(self.arrangement.problem, bodies=self.bodies)
-        self.arrangement = replace(self.arrangement, problem=problem, **vars(self.start))
+        self.arrangement = replace(
+            self.arrangement, problem=problem, rotation=self.poses.rotation, translation=self.poses.translation
+        )
 
 
 def _simplified(body: Body) -> Body:
-    """The body with a surface of fewer triangles, which strays by STRAY of its radius; in volume it is as it was."""
-    mesh = body.manifold.simplify(STRAY * body.radius).to_mesh64()
+    """The body with a surface of fewer triangles, which strays a little; `volume` is as it was."""
+    mesh = body.manifold.simplify(TUNING.simplified_by_of_radius * body.radius).to_mesh64()
     return replace(body, solid_vertices=np.array(mesh.vert_properties)[:, :3], solid_faces=np.array(mesh.tri_verts))

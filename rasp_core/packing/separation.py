@@ -1,4 +1,4 @@
-"""Objects put into voids and pressed apart until exact booleans find nothing: what the kit's own searches share.
+"""Overlapping objects pressed apart until exact booleans find nothing.
 
 Eq. 4 and 5 and surface contact press; contact alone takes the rest; exact booleans judge. Eq. 5 acts only beyond the
 wall here: with the paper's epsilon of 1 cm it presses together what lies along a wall.
@@ -7,51 +7,66 @@ wall here: with the paper's epsilon of 1 cm it presses together what lies along 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
 
 import numpy as np
 import torch
 
-from .. import poses, query_points
-from ..exact.certificate import TOLERANCE
-from ..exact.overlap_removal import mend
+from ..exact.overlap_removal import REPAIR_TOLERANCE, REPAIRABLE_FRACTION, remove_overlaps
+from ..geometry.cameras import Camera
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
-from ..geometry.sdf import GridStack, bake_cached
+from ..geometry.sdf import GridStack
 from ..optimizer import Step, optimize
-from ..poses import Poses, join
+from ..poses import Poses
 from ..problem import Problem, Settings
 from ..scene import Scene
-from .voxel_correlation import Room, Turned
-
-VOID_CELLS = 5  # voxels along a mean object's radius, in which voids are looked for
-VOIDS = 48, 128  # of them along the container's longest edge, at least and at most
-TURNS = 16  # rotations looked at for each object
-CANDIDATES = 4  # objects of which the one that shares least is taken
-HOPELESS_SHARED = 0.15  # of a mean object's volume: objects that share more are not pressed in
-HOPELESS_OVERLAP = 1e-4  # mean volumes times radii: Eq. 4 as a volume integral, after pressing
-CHECKED = (15, 25, 40)  # iterations of pressing after which it may be given up
-HELD = 8  # of the last tries that came free, the largest overlap then bounds what is pressed on
-LEEWAY = 1.5  # times that overlap
-POINTS = 30_000  # query points, at most: contact sees what lies between them
-SETTLINGS = 2  # of what contact has not quite freed, the second helps half
-NEARLY = 20 * TOLERANCE  # faults that exact booleans may still take away
-STRICT = 0.95  # of the certificate's tolerance, for what rounding makes of volumes
-RATE = 0.033  # of a mean object's radius: the first step while pressing
-VICINITY = 48  # objects about a new one that move with it; a row of blocks makes room only where all of it moves
-SIGHT = 0.5  # of a mean object's radius: how far about them the others are looked at
-UNSEEN = 8  # pixels along the edge of silhouettes that do not count here
-CLEARANCE = 6e-4  # contact margin, of the viewing width
-SKIN = 3e-4  # of the viewing width: Eq. 5's epsilon
+from .layout import Layout
 
 
-class Press:
-    """Works on some of a pool's objects, given as indices into it and poses in their order, in a container.
+@dataclass(frozen=True)
+class SeparationTuning:
+    """What pressing apart was tuned to."""
 
-    shareable : cubic metres that an object worth pressing in shares with others at most. hopeless : the overlap after
-    pressing above which it is not worth going on. spent : says when time is over; pressing then ends, and nothing
-    counts as settled.
+    pressing_iterations: int = 80
+    pressing_step_of_mean_radius: float = 0.033  # the first one; it falls to a sixth
+    wall_weight: float = 3.0  # of Eq. 5, per metre
+    hopeless_overlap: float = 1e-4  # mean volumes times mean radii: Eq. 4 as a volume integral, after pressing
+    checked_iterations: tuple[int, ...] = (15, 25, 40)  # after which pressing may be given up
+    successes_remembered: int = 8  # the largest overlap that one of them had on its way bounds what is pressed on
+    overlap_over_successes: float = 1.5  # times that overlap
+    settling_iterations: int = 60
+    settlings: int = 2  # of what contact has not quite freed, the second helps half
+    most_query_points: int = 30_000  # contact sees what lies between them
+    obstacles_within_mean_radii: float = 0.5  # how far about the movers' boxes the others are looked at
+    silhouette_pixels: int = 8  # along an edge; silhouettes do not count here
+    contact_margin_of_width: float = 6e-4  # of the viewing width
+    wall_depth_of_width: float = 3e-4  # Eq. 5's epsilon
+
+
+TUNING = SeparationTuning()
+
+
+@dataclass(frozen=True)
+class Pressed:
+    """What pressing left: the overlap, the integral of its depth over space in metres to the fourth, and what it was
+    after each of the checked iterations that were reached."""
+
+    layout: Layout
+    overlap: float
+    overlap_after: dict[int, float]
+
+
+class Separation:
+    """Presses the objects of layouts of one pool apart in one container.
+
+    settings : the seed, the number of query points and how rotations are parametrised count, the rest is set here.
+    spent : says when time is over; pressing then ends, and nothing counts as settled. stack : the pool's grids, if they
+    are at hand. history : losses `(I, 5)` of every run of the optimiser.
+
+    Successes are remembered: once there are enough, what overlaps much more on its way than they did is given up.
     """
 
     def __init__(
@@ -60,170 +75,114 @@ class Press:
         container: Container,
         settings: Settings,
         device: torch.device,
-        random: np.random.Generator,
         spent: Callable[[], bool],
+        stack: GridStack | None = None,
     ):
-        self.pool, self.settings, self.device = list(pool), settings, device
-        self.random, self.spent = random, spent
+        self.pool, self.container, self.settings, self.spent = list(pool), container, settings, spent
         self.radius = float(np.mean([body.radius for body in pool]))
-        mean = float(np.mean([body.volume for body in pool]))
-        self.shareable, self.hopeless = HOPELESS_SHARED * mean, HOPELESS_OVERLAP * mean * self.radius
-        self.stack = GridStack.of_bodies(pool, device)
-        distinct = {body.digest: body for body in pool}
-        self.grids = {digest: bake_cached(body) for digest, body in distinct.items()}
-        self.half = torch.tensor(np.array([body.half_extents for body in pool]), device=device).float()
+        mean_volume = float(np.mean([body.volume for body in pool]))
+        self.hopeless_overlap = TUNING.hopeless_overlap * mean_volume * self.radius
+        self.half = torch.tensor(np.array([body.half_extents for body in pool])).float()
+        cameras = container.views()
+        self.width = max(camera.width for camera in cameras)
+        self.device = device
+        stack = stack or GridStack.of_bodies(pool, device)
+        # the last scene serves again, as settling follows pressing with the same objects
+        self._scene = lru_cache(maxsize=1)(partial(_scene, self.pool, container, cameras, device, stack))
         self.history: list[np.ndarray] = []
-        self._course: dict[int, float] = {}  # of the try under way: overlap at the iterations of CHECKED
-        self._held: deque[dict[int, float]] = deque(maxlen=HELD)  # of the last tries that came free
-        self.enter(container)
+        self.successes: deque[dict[int, float]] = deque(maxlen=TUNING.successes_remembered)
 
-    def enter(self, container: Container) -> None:
-        """Work in this container from now on."""
-        self.container, self.cameras = container, container.views()
-        self.width = max(camera.width for camera in self.cameras)
-        edge = float(np.ptp(container.bounds, axis=0).max())
-        self.room = Room(container, edge / np.clip(edge / self.radius * VOID_CELLS, *VOIDS), margin=0.0)
-        self._looked: tuple[Poses | None, np.ndarray | None] = None, None
-        self._scene: tuple[list[int], Scene] | None = None
+    def separate(
+        self, layout: Layout, seed: int, movers: Sequence[int] | None = None, patient: bool = False
+    ) -> Layout | None:
+        """Press the movers apart and settle them; None if they do not come to hold.
 
-    # -- voids -------------------------------------------------------------------------------------------------------
-
-    def look(self, chosen: list[int], start: Poses, without: int | None = None) -> None:
-        """Note where these objects lie, but for the one at place `without`, for `least_shared`."""
-        if self._looked[0] is not start:
-            self._looked = start, self._occupancy(chosen, start)
-        taken = self._looked[1]
-        if without is not None:
-            taken = taken - self._occupancy([chosen[without]], start.take([without]))
-        self.room.clear(taken > 0)
-
-    def _occupancy(self, chosen: list[int], start: Poses) -> np.ndarray:
-        """How many objects each of the room's voxels has its middle in."""
-        if not chosen:
-            return np.zeros(self.room.shape, np.int16)
-        origin = torch.tensor(self.room.origin + self.room.voxel / 2, device=self.device).float()
-        lattice = query_points.Lattice(origin, self.room.voxel, tuple(map(int, self.room.shape)), None)
-        place = (x.to(self.device).float() for x in (start.rotation, start.translation))
-        return query_points.occupancy(self.stack.take(chosen), self.half[chosen], *place, lattice).cpu().numpy()
-
-    def least_shared(self, candidates: Iterable[int], least: float) -> tuple[int, Poses, float] | None:
-        """The object, its pose, and the volume in cubic metres that it shares with what `look` saw: the least of all;
-        None where all share `least` or more."""
-        found = None
-        for index in map(int, candidates):
-            place = self.room.least_shared(self._turned(index))
-            if place is not None and place[2] < least:
-                found, least = (index, *place[:2]), place[2]
-        if found is None:
-            return None
-        index, turned, shift = found
-        centre = self.room.centre(turned, shift)
-        return index, Poses(torch.from_numpy(turned.rotation)[None], torch.from_numpy(centre)[None]), least
-
-    def add(self, chosen: list[int], start: Poses, count: int, least: float) -> tuple[list[int], Poses]:
-        """Up to `count` objects of the pool more: each the one of CANDIDATES that shares least with the others, and
-        less than `least` cubic metres."""
-        for _ in range(min(count, len(self.pool) - len(chosen))):
-            rest = np.setdiff1d(np.arange(len(self.pool)), chosen)
-            self.look(chosen, start)
-            found = self.least_shared(self.random.choice(rest, min(CANDIDATES, len(rest)), replace=False), least)
-            if found is None:
-                break
-            chosen, start = [*chosen, found[0]], join(start, found[1])
-        return chosen, start
-
-    def _turned(self, index: int) -> Iterable[Turned]:
-        """An object of the pool in random rotations, as voxels."""
-        body = self.pool[index]
-        generator = torch.Generator().manual_seed(int(self.random.integers(2**31)))
-        for rotation in poses.quaternion_to_rotation(poses.random_quaternions(TURNS, generator, torch.float64)).numpy():
-            yield Turned.filling(self.grids[body.digest], body.half_extents, rotation, self.room.voxel)
-
-    # -- pressing ----------------------------------------------------------------------------------------------------
-
-    def vicinity(self, chosen: list[int], start: Poses, fresh: int) -> list[int]:
-        """Which of the objects move when the last `fresh` of them are pressed in: the nearest about each."""
-        centre, radius = start.translation.double().numpy(), np.array([self.pool[index].radius for index in chosen])
-        away = np.linalg.norm(centre[:, None] - centre[None, len(chosen) - fresh :], axis=-1) - radius[:, None]
-        return np.unique(np.argsort(away, axis=0)[:VICINITY]).tolist()
-
-    def press_in(
-        self, chosen: list[int], start: Poses, seed: int, fresh: int | None = None, patient: bool = False
-    ) -> Poses | None:
-        """Press apart the objects about the last `fresh` of them, or all, until they hold; None where they do not come
-        to that. patient : also where it looks hopeless."""
-        movers = None if fresh is None else self.vicinity(chosen, start, fresh)
-        start, overlap = self.apart(chosen, start, seed, movers)
-        return self.settle(chosen, start, seed, movers) if patient or overlap <= self.hopeless else None
-
-    def apart(self, chosen: list[int], start: Poses, seed: int, movers: list[int] | None = None) -> tuple[Poses, float]:
-        """Press the objects apart; the poses, and the overlap left: the integral of its depth, metres to the fourth.
-
-        movers : the objects that may move, as places in `chosen`; all where None.
+        movers : positions in `layout.chosen` of the objects that may move; all if None. patient : settle them even if
+        they still overlap so much that it looks hopeless.
         """
-        press = replace(self._settle_settings(seed), overlap_weight=1.0, lambda_=3.0, iterations=80)
-        rate = 3 * press.learning_rate
-        unit, recent = self.container.volume / press.query_points, deque(maxlen=5)
-        self._course = {}
+        pressed = self.press(layout, seed, movers)
+        if not (patient or pressed.overlap <= self.hopeless_overlap):
+            return None
+        settled = self.settle(pressed.layout, seed, movers)
+        if settled is not None and len(pressed.overlap_after) == len(TUNING.checked_iterations):
+            self.successes.append(pressed.overlap_after)
+        return settled
+
+    def press(self, layout: Layout, seed: int, movers: Sequence[int] | None = None) -> Pressed:
+        """Press the movers apart, by Eq. 4 and 5 and contact; movers : as `separate` has them."""
+        contact = self._contact_settings(seed)
+        rate = 3 * contact.learning_rate
+        settings = replace(
+            contact,
+            overlap_weight=1.0,
+            lambda_=TUNING.wall_weight,
+            iterations=TUNING.pressing_iterations,
+            learning_rate=rate,
+            final_learning_rate=rate / 6,
+        )
+        point_volume, recent = self.container.volume / settings.query_points, deque(maxlen=5)
+        overlap_after: dict[int, float] = {}
 
         def hopeless(step: Step) -> bool:
             recent.append(step.losses[2].item())
-            if step.iteration not in CHECKED:
+            if step.iteration not in TUNING.checked_iterations:
                 return False
-            self._course[step.iteration] = overlap = sum(recent) / len(recent) * unit
-            if len(self._held) < HELD:
+            overlap_after[step.iteration] = overlap = sum(recent) / len(recent) * point_volume
+            if len(self.successes) < TUNING.successes_remembered:
                 return False
-            return overlap > max(self.hopeless, LEEWAY * max(course[step.iteration] for course in self._held))
+            most = max(success[step.iteration] for success in self.successes)
+            return overlap > max(self.hopeless_overlap, TUNING.overlap_over_successes * most)
 
-        press = replace(press, learning_rate=rate, final_learning_rate=rate / 6)
-        start = self._arrange(chosen, start, press, movers, hopeless)
-        return start, sum(recent) / max(1, len(recent)) * unit
+        layout = self._optimized(layout, settings, movers, hopeless)
+        return Pressed(layout, sum(recent) / max(1, len(recent)) * point_volume, overlap_after)
 
-    def settle(self, chosen: list[int], start: Poses, seed: int, movers: list[int] | None = None) -> Poses | None:
-        """Take the last thin overlaps away, by contact alone, then by exact booleans; None where they do not go."""
-        bodies = [self.pool[index] for index in chosen]
-        for again in range(SETTLINGS):
-            start = self._arrange(chosen, start, self._settle_settings(seed + again), movers)
+    def settle(self, layout: Layout, seed: int, movers: Sequence[int] | None = None) -> Layout | None:
+        """Take the last thin overlaps away, by contact alone, then by exact booleans; None if they do not go.
+
+        movers : as `separate` has them.
+        """
+        bodies = layout.bodies(self.pool)
+        for again in range(TUNING.settlings):
+            layout = self._optimized(layout, self._contact_settings(seed + again), movers)
             if self.spent():
                 return None
-            mended = mend(bodies, start, self.container, STRICT * TOLERANCE, NEARLY, movers)
-            if mended is not None:
-                if len(self._course) == len(CHECKED):
-                    self._held.append(self._course)
-                return mended
+            poses = remove_overlaps(
+                bodies, layout.poses, self.container, REPAIR_TOLERANCE, largest=REPAIRABLE_FRACTION, movers=movers
+            )
+            if poses is not None:
+                return Layout(layout.chosen, poses)
         return None
 
-    def _settle_settings(self, seed: int) -> Settings:
-        rate = RATE / 3 * self.radius / self.width
+    def _contact_settings(self, seed: int) -> Settings:
+        """Contact alone, by small steps."""
+        rate = TUNING.pressing_step_of_mean_radius / 3 * self.radius / self.width
         return replace(
             self.settings,
-            iterations=60,
-            resolution=UNSEEN,
+            iterations=TUNING.settling_iterations,
+            resolution=TUNING.silhouette_pixels,
             learning_rate=rate,
             final_learning_rate=rate / 20,
             silhouette_weight=0.0,
             overlap_weight=0.0,
             lambda_=0.0,
-            epsilon=SKIN * self.width,
+            epsilon=TUNING.wall_depth_of_width * self.width,
             contact_weight=1.0,
-            contact_margin=CLEARANCE * self.width,
-            query_points=min(POINTS, self.settings.query_points),
+            contact_margin=TUNING.contact_margin_of_width * self.width,
+            query_points=min(TUNING.most_query_points, self.settings.query_points),
             seed=seed,
         )
 
-    def _arrange(
-        self, chosen, start: Poses, settings: Settings, movers, ends: Callable[[Step], bool] | None = None
-    ) -> Poses:
-        """Optimise the movers among those that they may come to meet; the poses of all."""
-        movers = range(len(chosen)) if movers is None else movers
-        seen = [*movers, *self._obstacles(chosen, start, movers)]
-        indices, obstacles = [chosen[i] for i in seen], len(seen) - len(movers)
-        bodies = [self.pool[index] for index in indices]
-        if self._scene is None or self._scene[0] != (indices, obstacles):
-            stack = self.stack.take(indices)
-            made = Scene(bodies, self.container, self.cameras, self.device, obstacles=obstacles, stack=stack)
-            self._scene = (indices, obstacles), made
-        problem = Problem(bodies, self.container, obstacles=obstacles)
+    def _optimized(
+        self,
+        layout: Layout,
+        settings: Settings,
+        movers: Sequence[int] | None,
+        ends: Callable[[Step], bool] | None = None,
+    ) -> Layout:
+        """Optimise the movers among those that they may come to meet; ends : ends the run early."""
+        movers = range(len(layout)) if movers is None else movers
+        seen = [*movers, *self._obstacles(layout, movers)]
+        obstacles, part = len(seen) - len(movers), layout.take(seen)
         ended = False
 
         def after(step: Step) -> bool:
@@ -231,18 +190,41 @@ class Press:
             ended = self.spent() or (ends is not None and ends(step))
             return ended
 
-        run = optimize(problem, settings, start.take(seen), self.device, scene=self._scene[1], callback=after)
+        run = optimize(
+            Problem(part.bodies(self.pool), self.container, obstacles=obstacles),
+            settings,
+            part.poses,
+            self.device,
+            scene=self._scene(tuple(part.chosen), obstacles),
+            callback=after,
+        )
         if run.interrupted and not ended:
             raise KeyboardInterrupt
         self.history.append(run.history)
-        rotation, translation = start.rotation.double().clone(), start.translation.double().clone()
+        rotation, translation = layout.poses.rotation.double().clone(), layout.poses.translation.double().clone()
         rotation[seen], translation[seen] = run.rotation, run.translation
-        return Poses(rotation, translation)
+        return Layout(layout.chosen, Poses(rotation, translation))
 
-    def _obstacles(self, chosen: list[int], start: Poses, movers: Sequence[int]) -> list[int]:
-        """The other objects whose boxes lie within SIGHT of a mover's."""
-        rest = np.setdiff1d(np.arange(len(chosen)), movers)
-        reach = (start.rotation.double().abs() @ self.half[chosen].double()[:, :, None])[:, :, 0].numpy()
-        reach, centre = reach + SIGHT * self.radius / 2, start.translation.double().numpy()
+    def _obstacles(self, layout: Layout, movers: Sequence[int]) -> list[int]:
+        """Positions of the other objects whose boxes lie near a mover's."""
+        rest = np.setdiff1d(np.arange(len(layout)), movers)
+        half = self.half[layout.chosen].double()
+        reach = (layout.poses.rotation.double().abs() @ half[:, :, None])[:, :, 0].numpy()
+        reach = reach + TUNING.obstacles_within_mean_radii * self.radius / 2
+        centre = layout.poses.translation.double().numpy()
         apart = np.abs(centre[rest][:, None] - centre[movers][None]) > reach[rest][:, None] + reach[movers][None]
         return rest[(~apart.any(-1)).any(1)].tolist()
+
+
+def _scene(
+    pool: Sequence[Body],
+    container: Container,
+    cameras: Sequence[Camera],
+    device: torch.device,
+    stack: GridStack,
+    chosen: tuple[int, ...],
+    obstacles: int,
+) -> Scene:
+    """The tensors of some of the pool's objects, the last `obstacles` of which stay where they are."""
+    bodies = [pool[index] for index in chosen]
+    return Scene(bodies, container, cameras, device, obstacles=obstacles, stack=stack.take(list(chosen)))

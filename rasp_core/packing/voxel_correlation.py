@@ -20,15 +20,23 @@ from ..geometry.meshes import Body
 from ..geometry.sdf import Grid
 from ..util import o3d
 
-VOXEL_SHARE = 1 / 64  # of the container's longest edge, or of
-LONGEST = 1.5  # times its mean edge, where that is less: a long container is looked at no more coarsely across
-ROUNDING = 1e-3  # of a voxel that an object may reach into the next
-LENGTHS = 100  # of the edges of objects' boxes, at most, where objects are made of equal cubes
-SAME = 1e-4  # of a voxel between two of them, at least, where they count as two
-COARSE = 4  # times the finest voxel: only voxels so much coarser are looked at
-FLOOR = 1e-2  # Cui's bias towards the floor: voxels of distance that the ceiling costs
-CORNER = 1.0  # Wang & Hauser's bias towards a corner: voxels of height that a step along x or y costs
-THREADED = 50_000  # voxels from which a transform is worth several threads
+
+@dataclass(frozen=True)
+class VoxelTuning:
+    """How fine voxels are, and what rules of placement prefer."""
+
+    finest_of_container_edge: float = 1 / 64  # the longest edge, or of
+    longest_of_mean_edge: float = 1.5  # times the mean edge, if that is less: a long container is as fine across
+    rounding_voxels: float = 1e-3  # that an object may reach into the next voxel
+    most_lengths: int = 100  # of the edges of objects' boxes, if objects are made of equal cubes
+    distinct_lengths_voxels: float = 1e-4  # between two of them, at least, that count as two
+    coarser_than_finest: int = 4  # times: only voxels so much coarser are looked at
+    floor_bias_voxels: float = 1e-2  # Cui's: voxels of distance that the ceiling costs
+    corner_bias_voxels: float = 1.0  # Wang & Hauser's: voxels of height that a step along x or y costs
+    threaded_from_voxels: int = 50_000  # from which a transform is worth several threads
+
+
+TUNING = VoxelTuning()
 
 
 def quarter_turns() -> np.ndarray:
@@ -46,24 +54,26 @@ def quarter_turns() -> np.ndarray:
 def choose_voxel(bodies: Sequence[Body], container: Container) -> float:
     """The voxel's edge in metres: fine, or the coarsest that covers the objects as closely.
 
-    Objects made of equal cubes, with some play or none, get that cube, others `VOXEL_SHARE` of the container's edge.
+    Objects made of equal cubes, with some play or none, get that cube, others 1/64 of the container's edge.
     """
     distinct = list({body.digest: body for body in bodies}.values())
     edges = np.concatenate([2 * body.half_extents for body in distinct])
     size = np.ptp(container.bounds, axis=0)
-    finest = VOXEL_SHARE * float(min(size.max(), LONGEST * size.prod() ** (1 / 3)))
+    longest = min(size.max(), TUNING.longest_of_mean_edge * size.prod() ** (1 / 3))
+    finest = TUNING.finest_of_container_edge * float(longest)
 
     def waste(voxel: float) -> float:  # how much longer the objects' boxes become
-        return float((np.ceil(edges / voxel - ROUNDING) * voxel / edges).mean())
+        return float((np.ceil(edges / voxel - TUNING.rounding_voxels) * voxel / edges).mean())
 
     def covered(voxel: float) -> float:
         return sum(Turned.covering(body, np.eye(3), voxel).voxels.sum() for body in distinct) * voxel**3
 
     lengths = np.sort(edges)
-    lengths = lengths[np.append(np.diff(lengths) > SAME * finest, True)]
-    if len(lengths) > LENGTHS:
+    lengths = lengths[np.append(np.diff(lengths) > TUNING.distinct_lengths_voxels * finest, True)]
+    if len(lengths) > TUNING.most_lengths:
         return finest
-    parts = {edge / n for edge in lengths.tolist() for n in range(1, int(edge / finest / COARSE) + 1)}
+    coarser = TUNING.coarser_than_finest
+    parts = {edge / n for edge in lengths.tolist() for n in range(1, int(edge / finest / coarser) + 1)}
     likely = [voxel for voxel in sorted(parts, reverse=True) if waste(voxel) < waste(finest)]
     close = covered(finest) if likely else 0.0
     return next((voxel for voxel in likely if covered(voxel) <= close), finest)
@@ -84,10 +94,10 @@ class Turned:
         open3d = o3d.load()
         vertices = body.solid_vertices @ rotation.T
         low, size = vertices.min(0), np.ptp(vertices, axis=0)
-        shape = np.maximum(np.ceil(size / voxel - ROUNDING).astype(int), 1)
+        shape = np.maximum(np.ceil(size / voxel - TUNING.rounding_voxels).astype(int), 1)
         normals = trimesh.Trimesh(body.solid_vertices, body.solid_faces, process=False).vertex_normals @ rotation.T
         # the surface drawn in a little, so that a face on a voxel's border stays on its own side
-        inner = vertices - low + (shape * voxel - size) / 2 - ROUNDING * voxel * normals
+        inner = vertices - low + (shape * voxel - size) / 2 - TUNING.rounding_voxels * voxel * normals
         mesh = open3d.geometry.TriangleMesh(
             open3d.utility.Vector3dVector(inner), open3d.utility.Vector3iVector(body.solid_faces)
         )
@@ -136,7 +146,7 @@ class Room:
     def __init__(self, container: Container, voxel: float, margin: float = 3**0.5 / 2):
         low, high = container.bounds
         self.voxel = voxel
-        self.shape = np.maximum(np.floor((high - low) / voxel + ROUNDING).astype(int), 1)
+        self.shape = np.maximum(np.floor((high - low) / voxel + TUNING.rounding_voxels).astype(int), 1)
         self.origin = (low + high) / 2 - self.shape * voxel / 2
         self.walls = np.zeros(self.shape, bool)
         if container.size is None:
@@ -144,7 +154,7 @@ class Room:
             depth = container.signed_distance(torch.from_numpy(middles))[0].numpy()
             self.walls = (depth > -voxel * margin).reshape(self.shape)
         self.padded = [fft.next_fast_len(int(n), real=True) for n in self.shape]
-        self.threads = -1 if self.shape.prod() > THREADED else 1
+        self.threads = -1 if self.shape.prod() > TUNING.threaded_from_voxels else 1
         self.clear()
 
     def clear(self, taken: np.ndarray | None = None) -> None:
@@ -169,7 +179,7 @@ class Room:
             free = self._correlate("taken", item)[valid] < 0.5
             if not free.any():
                 continue
-            height = FLOOR * (np.arange(free.shape[2]) / self.shape[2]) ** 3
+            height = TUNING.floor_bias_voxels * (np.arange(free.shape[2]) / self.shape[2]) ** 3
             cost = np.where(free, self._correlate("distance", item)[valid] / turned.voxels.sum() + height, np.inf)
             at = int(cost.argmin())
             if cost.flat[at] < least:
@@ -199,7 +209,8 @@ class Room:
             high = turned.voxels.shape[2] - turned.voxels[:, :, ::-1].argmax(2)[columns]
             under = np.lib.stride_tricks.sliding_window_view(heights, columns.shape)[:, :, columns]
             landing = (under - low).max(2).clip(0)
-            raised = (landing[..., None] + high - under).sum(2) + CORNER * np.add(*np.indices(landing.shape))
+            corner = TUNING.corner_bias_voxels * np.indices(landing.shape).sum(0)
+            raised = (landing[..., None] + high - under).sum(2) + corner
             lands = landing < free.shape[2]
             lands[lands] = free[(*np.nonzero(lands), landing[lands])]
             cost = np.where(lands, raised, np.inf)

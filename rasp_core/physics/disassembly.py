@@ -16,7 +16,7 @@ from ..util.errors import InputError
 
 PULLS = 64  # directions, on both ends of half as many lines
 RAYS = 192  # along each edge of the square of rays in every direction
-GRAZING = 2  # rays that may meet a body in the way by chance, at an edge
+GRAZING_RAYS = 2  # rays that may meet a body in the way by chance, at an edge
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ def remove_all(
     """Take bodies out, one by one, while one of the pulls frees one.
 
     bodies placed by `matrices` `(N, 4, 4)` (file coordinates to the world). pulls `(D, 3)`, unit vectors; None: the
-    axes and directions spread over the sphere. A body is free where parallel rays in the direction of the pull, `rays`
+    axes and directions spread over the sphere. A body is free if parallel rays in the direction of the pull, `rays`
     along each edge of a square over all bodies, meet no other body behind it. Which bodies are stuck does not depend on
     the order, as taking one out blocks none. Raises InputError for fewer than 2 rays.
     """
@@ -107,4 +107,4 @@ def _behind(scene, points: np.ndarray, pull: np.ndarray, count: int, rays: int) 
         i, j = np.flatnonzero(same), np.flatnonzero(same) + step
         np.add.at(seen, (body[i], body[j]), first[i] < last[j])
         np.add.at(seen, (body[j], body[i]), first[j] < last[i])
-    return seen >= GRAZING
+    return seen >= GRAZING_RAYS

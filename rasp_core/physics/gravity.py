@@ -19,23 +19,32 @@ from scipy.spatial import QhullError
 from ..exact.certificate import Certificate, certify
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
-from ..packing.separation import Press
+from ..packing.layout import Layout
+from ..packing.separation import Separation
 from ..poses import Poses, file_to_world
 from ..problem import Settings
 from ..util import o3d
 from ..util.errors import InputError
 
-STEP = 0.002  # seconds
-FRICTION = 0.5
-STIFF = 0.006  # seconds in which a contact gives way; MuJoCo wants at least two steps
-REST = 0.01  # container lengths a second, below which a body counts as resting
-CHECKED = 50  # steps between looks at the speeds
-CONVEX = 1.001  # volume of a convex piece's hull over its own
-FLAT = 1e-6  # volume of a hull over its longest edge cubed, below which it is no solid
-CONCAVITY = 0.05  # CoACD's threshold
-CORNERS = 64  # of a convex piece, at most
-WALL = 0.05  # thickness of the walls, of the container's longest edge
-WALL_FACES = 1500  # of a mesh container, at most
+
+@dataclass(frozen=True)
+class Simulation:
+    """How MuJoCo simulates a fall; lengths are those of a container one metre long."""
+
+    step_seconds: float = 0.002
+    friction: float = 0.5
+    contact_seconds: float = 0.006  # in which a contact gives way; MuJoCo wants at least two steps
+    resting_speed: float = 0.01  # metres a second, below which a body counts as resting
+    steps_between_checks: int = 50  # of the speeds
+    hull_volume_of_convex: float = 1.001  # a piece whose hull has at most so many times its volume is convex
+    flat_volume_of_cube: float = 1e-6  # a hull of less than this of its longest edge cubed is no solid
+    concavity: float = 0.05  # CoACD's threshold
+    most_corners: int = 64  # of a convex piece
+    wall_thickness: float = 0.05
+    most_wall_faces: int = 1500  # of a mesh container
+
+
+SIMULATION = Simulation()
 
 
 @dataclass(frozen=True)
@@ -85,7 +94,7 @@ def settle(bodies: Sequence[Body], matrices: np.ndarray, container: Container, s
     """Let bodies placed by `matrices` `(N, 4, 4)` fall along -z until they rest, or for so many simulated seconds.
 
     Lengths are those of a container one metre long, so that a packing falls alike whatever its unit. MuJoCo's contacts
-    give way a little; what overlaps by that is pressed out by surface contact, where that will do.
+    give way a little; what overlaps by that is pressed out by surface contact, if that will do.
     Raises InputError for no bodies or seconds that are not positive.
     """
     import mujoco
@@ -98,34 +107,35 @@ def settle(bodies: Sequence[Body], matrices: np.ndarray, container: Container, s
     model = _model(bodies, matrices, container, unit)
     data = mujoco.MjData(model)
     at_rest = False
-    for step in range(1, max(1, round(seconds / STEP)) + 1):
+    for step in range(1, max(1, round(seconds / SIMULATION.step_seconds)) + 1):
         mujoco.mj_step(model, data)
-        if step % CHECKED == 0 and np.abs(data.qvel.reshape(-1, 6)[:, :3]).max() < REST:
-            at_rest = True
-            break
+        if step % SIMULATION.steps_between_checks == 0:
+            at_rest = bool(np.abs(data.qvel.reshape(-1, 6)[:, :3]).max() < SIMULATION.resting_speed)
+            if at_rest:
+                break
     mujoco.mj_forward(model, data)
     ids = [model.body(f"{i}").id for i in range(len(bodies))]
-    start = Poses(
+    poses = Poses(
         torch.from_numpy(data.xmat[ids].reshape(-1, 3, 3).copy()), torch.from_numpy(data.xpos[ids].copy() * unit)
     )
-    placed = _placed(bodies, start)
+    placed = _placed(bodies, poses)
     certificate = certify(bodies, placed, container)
     soft_faults = len(certificate.lines())
     if soft_faults:
-        press = Press(bodies, container, Settings(), torch.device("cpu"), np.random.default_rng(0), lambda: False)
-        mended = press.settle(list(range(len(bodies))), start, 0)
-        if mended is not None:
-            placed = _placed(bodies, mended)
+        separation = Separation(bodies, container, Settings(), torch.device("cpu"), spent=lambda: False)
+        separated = separation.settle(Layout(list(range(len(bodies))), poses), seed=0)
+        if separated is not None:
+            placed = _placed(bodies, separated.poses)
             certificate = certify(bodies, placed, container)
     centres = [_centres(bodies, m) for m in (matrices, placed)]
     trace = np.einsum("nij,nij->n", matrices[:, :3, :3], placed[:, :3, :3])
     turned = np.degrees(np.arccos(np.clip((trace - 1) / 2, -1, 1)))
     moved = np.linalg.norm(centres[1] - centres[0], axis=1)
-    return Settled(placed, moved, turned, at_rest, step * STEP, soft_faults, certificate)
+    return Settled(placed, moved, turned, at_rest, step * SIMULATION.step_seconds, soft_faults, certificate)
 
 
-def _placed(bodies: Sequence[Body], start: Poses) -> np.ndarray:
-    return file_to_world(bodies, start.rotation, start.translation)
+def _placed(bodies: Sequence[Body], poses: Poses) -> np.ndarray:
+    return file_to_world(bodies, poses.rotation, poses.translation)
 
 
 def _centres(bodies: Sequence[Body], matrices: np.ndarray) -> np.ndarray:
@@ -134,35 +144,36 @@ def _centres(bodies: Sequence[Body], matrices: np.ndarray) -> np.ndarray:
 
 
 def convex_pieces(body: Body) -> list[np.ndarray]:
-    """Corners `(V, 3)` of convex pieces that make up the body, about its centre: its own pieces, where all are convex,
-    else CoACD's."""
+    """Corners `(V, 3)` of convex pieces that make up the body, about its centre: its own pieces if all are convex, else
+    CoACD's."""
     mesh = trimesh.Trimesh(body.vertices - body.centre, body.faces, process=False)
     pieces = mesh.split(only_watertight=False)
     hulls = [hull for piece in pieces if (hull := _hull(piece.vertices[np.unique(piece.faces)])) is not None]
-    if sum(hull.volume for hull in hulls) <= CONVEX * sum(abs(piece.volume) for piece in pieces):
+    volume = sum(abs(piece.volume) for piece in pieces)
+    if sum(hull.volume for hull in hulls) <= SIMULATION.hull_volume_of_convex * volume:
         return [np.asarray(hull.vertices) for hull in hulls]
     import coacd
 
     coacd.set_log_level("error")
     found = coacd.run_coacd(
         coacd.Mesh(body.solid_vertices, body.solid_faces.astype(np.int32)),
-        threshold=CONCAVITY,
+        threshold=SIMULATION.concavity,
         preprocess_mode="off",
         mcts_iterations=60,
         mcts_max_depth=2,
         decimate=True,
-        max_ch_vertex=CORNERS,
+        max_ch_vertex=SIMULATION.most_corners,
     )
     return [np.asarray(vertices) for vertices, _ in found if _hull(np.asarray(vertices)) is not None]
 
 
 def _hull(points: np.ndarray) -> trimesh.Trimesh | None:
-    """The convex hull of `(V, 3)` points; None where they span no volume."""
+    """The convex hull of `(V, 3)` points; None if they span no volume."""
     try:
         hull = trimesh.PointCloud(points).convex_hull
     except QhullError:
         return None
-    return hull if hull.volume > FLAT * float(np.ptp(points, axis=0).max()) ** 3 else None
+    return hull if hull.volume > SIMULATION.flat_volume_of_cube * float(np.ptp(points, axis=0).max()) ** 3 else None
 
 
 def _model(bodies: Sequence[Body], matrices: np.ndarray, container: Container, unit: float):
@@ -170,7 +181,7 @@ def _model(bodies: Sequence[Body], matrices: np.ndarray, container: Container, u
     import mujoco
 
     spec = mujoco.MjSpec()
-    spec.option.timestep = STEP
+    spec.option.timestep = SIMULATION.step_seconds
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
 
@@ -182,26 +193,30 @@ def _model(bodies: Sequence[Body], matrices: np.ndarray, container: Container, u
                 uservert=np.asarray(hull.vertices / unit).ravel(),
                 userface=np.asarray(hull.faces).ravel(),
                 inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX,
-                maxhullvert=CORNERS,
+                maxhullvert=SIMULATION.most_corners,
             )
         parent.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, **contact)
 
-    contact = {"friction": [FRICTION, 0.005, 0.0001], "solref": [STIFF, 1.0], "solimp": [0.95, 0.99, 0.0005, 0.5, 2.0]}
+    contact = {
+        "friction": [SIMULATION.friction, 0.005, 0.0001],
+        "solref": [SIMULATION.contact_seconds, 1.0],
+        "solimp": [0.95, 0.99, 0.0005, 0.5, 2.0],
+    }
     known: dict[str, list[np.ndarray]] = {}
     centres = _centres(bodies, matrices)
     for i, (body, matrix) in enumerate(zip(bodies, matrices, strict=True)):
         reuse = body.digest in known
         pieces = known.setdefault(body.digest, [] if reuse else convex_pieces(body))
-        place = spec.worldbody.add_body(name=f"{i}", pos=centres[i] / unit)
-        mujoco.mju_mat2Quat(place.quat, np.ascontiguousarray(matrix[:3, :3]).ravel())
-        place.add_freejoint()
+        added = spec.worldbody.add_body(name=f"{i}", pos=centres[i] / unit)
+        mujoco.mju_mat2Quat(added.quat, np.ascontiguousarray(matrix[:3, :3]).ravel())
+        added.add_freejoint()
         for k, piece in enumerate(pieces):
-            add_piece(place, f"{body.digest}.{k}", piece, reuse)
+            add_piece(added, f"{body.digest}.{k}", piece, reuse)
     if container.size is None:
         for k, slab in enumerate(slab for slab in _slabs(container) if _hull(slab) is not None):
             add_piece(spec.worldbody, f"wall.{k}", slab)
         return spec.compile()
-    half, thick = container.size / unit / 2, WALL / 2
+    half, thick = container.size / unit / 2, SIMULATION.wall_thickness / 2
     for axis, side in itertools.product(range(3), (-1, 1)):
         size, position = half + 2 * thick, np.zeros(3)
         size[axis], position[axis] = thick, side * (half[axis] + thick)
@@ -213,14 +228,15 @@ def _slabs(container: Container) -> list[np.ndarray]:
     """`(6, 3)` corners of a slab behind each face of a mesh container."""
     hull = container.body
     mesh = trimesh.Trimesh(hull.solid_vertices + hull.centre, hull.solid_faces, process=False)
-    if len(mesh.faces) > WALL_FACES:
+    if len(mesh.faces) > SIMULATION.most_wall_faces:
         open3d = o3d.load()
         fine = open3d.geometry.TriangleMesh(
             open3d.utility.Vector3dVector(mesh.vertices), open3d.utility.Vector3iVector(mesh.faces)
         )
-        coarse = fine.simplify_quadric_decimation(WALL_FACES)
+        coarse = fine.simplify_quadric_decimation(SIMULATION.most_wall_faces)
         mesh = trimesh.Trimesh(np.asarray(coarse.vertices), np.asarray(coarse.triangles), process=False)
-    back = mesh.vertices + WALL * float(np.ptp(container.bounds, axis=0).max()) * mesh.vertex_normals
+    edge = float(np.ptp(container.bounds, axis=0).max())
+    back = mesh.vertices + SIMULATION.wall_thickness * edge * mesh.vertex_normals
     return [
         np.concatenate([mesh.vertices[face], back[face]])
         for face, area in zip(mesh.faces, mesh.area_faces, strict=True)

@@ -40,7 +40,7 @@ def test_results_in_order_and_only_the_missing_again(tmp_path):
     assert len(files) == 4
     record = json.loads(files[0].read_text())
     assert record["result"]["square"] == record["parameters"]["number"] ** 2
-    assert record["function"] == "test_sweep.square"
+    assert record["function"] == f"{square.__module__}.square"
     files[0].unlink()
     files[1].write_text('{"half a rec')
     lost = {r["number"] for r in runs} - {json.loads(f.read_text())["parameters"]["number"] for f in files[2:]}

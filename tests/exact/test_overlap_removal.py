@@ -29,7 +29,7 @@ def test_slopes_are_those_of_the_volume():
     faults = overlap_removal._Faults(bodies, box((9, 9, 9)), np.ones(2, bool))
     (fault,) = faults.at(there)
     assert fault.movers == (0, 1)
-    assert fault.share == pytest.approx(fault.volume / min(body.volume for body in bodies))
+    assert fault.fraction == pytest.approx(fault.volume / min(body.volume for body in bodies))
     force, moment = overlap_removal._slope(fault.solid, faults.solids[1], there.translation[1].numpy())
 
     def shared(shift, turn):
@@ -58,32 +58,32 @@ def test_thin_overlaps_and_protrusions_are_taken_away():
     room = box((0.5, 0.5, 0.1002))
     there = Poses(torch.eye(3).double().repeat(3, 1, 1), torch.tensor([[0, 0, 2e-4], [0.0998, 0, 0], [0.1, 0.0997, 0]]))
     assert not certify(bodies, file_to_world(bodies, there.rotation, there.translation), room).holds
-    mended = overlap_removal.mend(bodies, there, room)
-    assert certify(bodies, file_to_world(bodies, mended.rotation, mended.translation), room).holds
-    assert (mended.translation - there.translation).abs().max() < 1e-3, "a small move will do"
+    repaired = overlap_removal.remove_overlaps(bodies, there, room)
+    assert certify(bodies, file_to_world(bodies, repaired.rotation, repaired.translation), room).holds
+    assert (repaired.translation - there.translation).abs().max() < 1e-3, "a small move will do"
 
 
 def test_only_the_movers_move():
     bodies = [block(name, 0.1, 0.1, 0.1) for name in "abc"]
     there = Poses(torch.eye(3).double().repeat(3, 1, 1), torch.tensor([[0, 0, 0], [0.0998, 0, 0], [0.0998, 0.0998, 0]]))
-    mended = overlap_removal.mend(bodies, there, box((0.5, 0.5, 0.2)), movers=[1])
-    assert (mended.translation != there.translation).any(1).tolist() == [False, True, False]
+    repaired = overlap_removal.remove_overlaps(bodies, there, box((0.5, 0.5, 0.2)), movers=[1])
+    assert (repaired.translation != there.translation).any(1).tolist() == [False, True, False]
     far = Poses(there.rotation, torch.tensor([[0, 0, 0], [0.0, 0.05, 0], [0.2, 0, 0]]))
-    same = overlap_removal.mend(bodies, far, box((0.5, 0.5, 0.2)), movers=[2])
+    same = overlap_removal.remove_overlaps(bodies, far, box((0.5, 0.5, 0.2)), movers=[2])
     assert torch.equal(same.translation, far.translation.double()), "what others share is taken as it is"
 
 
 def test_large_faults_are_not_tried():
     bodies = [block(name, 0.1, 0.1, 0.1) for name in "ab"]
     there = Poses(torch.eye(3).double().repeat(2, 1, 1), torch.tensor([[-0.049, 0.0, 0.0], [0.049, 0, 0]]))
-    assert overlap_removal.mend(bodies, there, box((0.5, 0.1, 0.1)), largest=0.01) is None
-    assert overlap_removal.mend(bodies, there, box((0.5, 0.1, 0.1)), largest=0.03) is not None
+    assert overlap_removal.remove_overlaps(bodies, there, box((0.5, 0.1, 0.1)), largest=0.01) is None
+    assert overlap_removal.remove_overlaps(bodies, there, box((0.5, 0.1, 0.1)), largest=0.03) is not None
 
 
 def test_what_has_no_room_is_given_up():
     bodies = [block(name, 0.1, 0.1, 0.1) for name in "ab"]
     there = Poses(torch.eye(3).double().repeat(2, 1, 1), torch.tensor([[-0.045, 0.0, 0.0], [0.045, 0, 0]]))
-    assert overlap_removal.mend(bodies, there, box((0.19, 0.1, 0.1))) is None
+    assert overlap_removal.remove_overlaps(bodies, there, box((0.19, 0.1, 0.1))) is None
 
 
 def test_only_what_moved_is_tested_again(monkeypatch):

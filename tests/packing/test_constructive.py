@@ -45,7 +45,7 @@ def test_rebuilding_keeps_a_placement_whole():
         placement.rebuild()
         best = max(best, placement.density)
     chosen = list(placement.placed)
-    packed = finish(placement.pool, chosen, placement.start, placement.container, QUICK)
+    packed = finish(placement.pool, chosen, placement.poses, placement.container, QUICK)
     assert packed.certificate.holds
     assert packed.density == pytest.approx(placement.density)
     assert best >= first

@@ -8,7 +8,7 @@ import trimesh
 from data_fetch import kitchen_like
 from rasp_core.geometry.containers import Container, box
 from rasp_core.geometry.meshes import make_body
-from rasp_core.packing.contact_solver import BLOCK, Relaxation, _in_blocks
+from rasp_core.packing.contact_solver import BLOCK_SAMPLES, Relaxation, _in_blocks
 from rasp_core.scene import surface_samples
 
 ROOM = box((8, 8, 8))
@@ -88,7 +88,7 @@ def test_every_sample_lies_in_one_small_block():
     bodies = [*kitchen_like(3), *kitchen_like(1)]
     points, area, first, centre, radius, first_block = _in_blocks(bodies, 4.0)
     samples = surface_samples(bodies, spacing=4.0)
-    assert np.diff(first).max() <= BLOCK
+    assert np.diff(first).max() <= BLOCK_SAMPLES
     block = np.repeat(np.arange(len(centre)), np.diff(first))
     assert (np.linalg.norm(points - centre[block], axis=1) <= radius[block] + 1e-9).all()
     for body in range(len(bodies)):

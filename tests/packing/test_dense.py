@@ -62,7 +62,7 @@ def test_ctrl_c_returns_the_best_so_far(pool, monkeypatch):
         if len(tries) == 2:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(dense._Search, "_settle", interrupt)
+    monkeypatch.setattr(dense._Search, "_separate", interrupt)
     found = dense.pack(pool, ROOM, QUICK, effort=50)
     assert found.arrangement.interrupted
     assert found.certificate.holds

@@ -1,5 +1,7 @@
 """Bodies that change places lie along each other's axes; the volumes of the two are near each other."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
@@ -23,7 +25,7 @@ def start(count, seed=0):
 
 def test_rods_change_places_and_bearings(monkeypatch):
     """One rod is long along x, the other along z of its file."""
-    monkeypatch.setattr(moves, "ASKEW", 0.0)
+    monkeypatch.setattr(moves, "TUNING", replace(moves.TUNING, exchanged_axes_fraction=0.0))
     bodies = [rod("x", 0.3, 0.1, 0.05), rod("z", 0.11, 0.06, 0.32)]
     rotation, translation = start(2)
     turned, moved = Moves(bodies, np.random.default_rng(1)).swapped(rotation, translation, 0, 1)
@@ -36,7 +38,7 @@ def test_rods_change_places_and_bearings(monkeypatch):
 
 
 def test_some_lie_askew(monkeypatch):
-    monkeypatch.setattr(moves, "ASKEW", 1.0)
+    monkeypatch.setattr(moves, "TUNING", replace(moves.TUNING, exchanged_axes_fraction=1.0))
     bodies = [rod("a", 0.3, 0.1, 0.05), rod("b", 0.3, 0.11, 0.05)]
     turn = np.stack([np.eye(3)] * 2)
     turned, _ = Moves(bodies, np.random.default_rng(1)).swapped(turn, np.zeros((2, 3)), 0, 1)
@@ -73,9 +75,9 @@ def test_what_overlaps_most_is_moved_most():
     bodies = kitchen_like(6)
     rotation, translation = start(6)
     kinds = Moves(bodies, np.random.default_rng(0))
-    share = np.array([0.0, 0, 0, 2.0, 0, 0])
-    turned = [(kinds.any(rotation, translation, share)[0] != rotation).any((1, 2)) for _ in range(200)]
+    energy_of_body = np.array([0.0, 0, 0, 2.0, 0, 0])
+    turned = [(kinds.any(rotation, translation, energy_of_body)[0] != rotation).any((1, 2)) for _ in range(200)]
     moved = np.array(turned).mean(0)
-    assert moved[3] > moves.TROUBLED - 0.1
+    assert moved[3] > moves.TUNING.by_energy_fraction - 0.1
     assert (np.delete(moved, 3) < 0.6).all()
     assert (np.delete(moved, 3) > 0).all()

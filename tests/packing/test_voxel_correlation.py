@@ -126,7 +126,7 @@ def test_placement_is_the_naive_searchs(seed):
     distance = ndimage.distance_transform_edt(np.pad(~room.taken, 1))[1:-1, 1:-1, 1:-1]
     cost = naive(room, turned, distance) / turned.voxels.sum()
     cost[naive(room, turned, room.taken) > 0] = np.inf
-    assert cost[tuple(shift)] <= cost.min() + voxel_correlation.FLOOR
+    assert cost[tuple(shift)] <= cost.min() + voxel_correlation.TUNING.floor_bias_voxels
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -156,7 +156,7 @@ def test_the_flattest_place_is_the_naive_searchs(seed):
                 for (x, y), column in ((xy, turned.voxels[xy]) for xy in np.ndindex(under.shape))
                 if column.any()
             )
-            costs[i, j, landed] = raised + voxel_correlation.CORNER * (i + j)
+            costs[i, j, landed] = raised + voxel_correlation.TUNING.corner_bias_voxels * (i + j)
     _, shift = room.flattest([turned])
     assert costs[tuple(shift)] == min(costs.values())
 

@@ -1,0 +1,35 @@
+"""The box of a shape that just holds objects as they lie."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+
+from ..exact.certificate import placed_solid
+from ..geometry.containers import Container, FreeBox, box
+from ..geometry.meshes import Body
+from ..poses import Poses, file_to_world
+
+
+def enclosing_box(
+    bodies: Sequence[Body], poses: Poses, shape: FreeBox, most: np.ndarray | None = None
+) -> tuple[Container, Poses]:
+    """The smallest box of the shape about bodies as they lie, and their poses in it, moved with it to the origin.
+
+    most `(3,)` : edges in metres of a box about the origin that is taken, with the poses as they are, if it is smaller:
+    objects may stick out of a box by the certificate's tolerance.
+    """
+    matrices = file_to_world(bodies, poses.rotation, poses.translation)
+    solids = [placed_solid(body, matrix) for body, matrix in zip(bodies, matrices, strict=True)]
+    bounds = np.array([solid.bounding_box() for solid in solids]).reshape(-1, 2, 3)
+    low, high = bounds[:, 0].min(0), bounds[:, 1].max(0)
+    edges = np.array([size if e is None else e for size, e in zip(high - low, shape.edges, strict=True)])
+    if shape.cube:
+        edges[:] = edges.max()
+    if most is not None and np.prod(most) < np.prod(edges):
+        return box(most), poses
+    fits = edges >= high - low
+    middle = np.where(shape.free | fits, (low + high) / 2, 0.0)
+    return box(edges), Poses(poses.rotation, poses.translation - torch.from_numpy(middle))
