@@ -141,7 +141,7 @@ class Placement:
             free -= body.volume
 
     def rebuild(self, stop: Callable[[], bool] = lambda: False) -> None:
-        """Take out what lies about a random point and fill anew in a shaken order; kept where it loses nothing, or by
+        """Take out what lies about a random point and fill anew in a shaken order; kept if it loses nothing, or by
         chance little."""
         before, density = dict(self.placed), self.density
         spot = self.random.random(3) * self.room.shape

@@ -77,9 +77,9 @@ class Relaxation:
         energy, energy_of_body = np.zeros(len(rotation)), np.zeros(rotation.shape[:2])
         weight = np.ones_like(self.radius) if weight is None else weight
         scene = container.arrays(torch.float32), self.grids, self.samples, self.half, self.radius, weight
-        poses, ceiling = (rotation, translation), np.asarray(ceiling, np.float64)
+        ceiling = np.asarray(ceiling, np.float64)
         with dispatch.alone(torch.device("cpu")):
-            dispatch.share(relax, scene, *poses, margin, ceiling, energy, energy_of_body)
+            dispatch.share(relax, scene, rotation, translation, margin, ceiling, energy, energy_of_body)
         return Relaxed(energy, rotation, translation, energy_of_body)
 
 

@@ -65,7 +65,7 @@ class Moves:
     def swapped(
         self, rotation: np.ndarray, translation: np.ndarray, one: int, two: int
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Poses with two bodies in each other's place, and along each other's principal axes, either way round."""
+        """Poses with two bodies at each other's position, and along each other's principal axes, either way round."""
         turned, moved = rotation.copy(), translation.copy()
         for body, other in ((one, two), (two, one)):
             flip = self.random.choice(FLIPS)

@@ -5,11 +5,11 @@ the most that fit with no intersection. It departs from the text so:
 
 - every round goes on from the poses of the round before instead of from new random ones;
 - what is dropped is chosen: the objects that share the most volume with others, for their own volume (by booleans);
-- what is added starts where, of random rotations and all places, it shares the least volume with the others;
+- what is added starts where, of random rotations and all positions, it shares the least volume with the others;
 - lambda is 3 instead: with the paper's 0.001 the overlap term, a sum over points of depths in metres, outweighs the
   walls by far and pushes everything out of the box;
 - a last stage has surface contact (`contact.contact`) alone, which sees overlaps thinner than the spacing of the
-  query points; where objects are added, Eq. 5 acts beyond the walls only (`separation`).
+  query points; when objects are added, Eq. 5 acts beyond the walls only (`separation`).
 """
 
 from __future__ import annotations

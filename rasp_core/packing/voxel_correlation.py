@@ -164,8 +164,8 @@ class Room:
 
     def place(self, turned: Turned, shift: np.ndarray) -> None:
         """Fill an object's voxels, its first at `shift` `(3,)`."""
-        where = tuple(slice(s, s + n) for s, n in zip(shift, turned.voxels.shape, strict=True))
-        self.taken[where] |= turned.voxels
+        filled = tuple(slice(s, s + n) for s, n in zip(shift, turned.voxels.shape, strict=True))
+        self.taken[filled] |= turned.voxels
         self._spectra = {}
 
     def centre(self, turned: Turned, shift: np.ndarray) -> np.ndarray:
@@ -173,7 +173,7 @@ class Room:
         return self.origin + shift * self.voxel + turned.centre
 
     def snuggest(self, turns: Iterable[Turned]) -> tuple[Turned, np.ndarray] | None:
-        """The turn and shift that share nothing and lie nearest to what is there; None where nothing fits."""
+        """The turn and shift that share nothing and lie nearest to what is there; None if nothing fits."""
         found, least = None, np.inf
         for turned, item, valid in self._items(turns):
             free = self._correlate("taken", item)[valid] < 0.5

@@ -1,6 +1,6 @@
 """What gravity does to a packing: MuJoCo lets the objects fall and come to rest, and the certificate judges anew.
 
-Objects collide as sets of convex pieces: their own, where a mesh is made of such, else CoACD's (Wei et al. 2022,
+Objects collide as sets of convex pieces: their own if a mesh is made of such, else CoACD's (Wei et al. 2022,
 Approximate Convex Decomposition for 3D Meshes with Collision-Aware Concavity and Tree Search). The container
 is closed on all sides; the walls of a mesh are slabs behind its faces.
 """
