@@ -63,8 +63,8 @@ class Relaxation:
         weight = np.ones_like(self.radius) if weight is None else weight
         scene = container.arrays(torch.float32), self.grids, self.samples, self.half, self.radius, weight
         poses, ceiling = (rotation, translation), np.asarray(ceiling, np.float64)
-        with dispatch.alone(torch.device("cpu")):
-            dispatch.share(relax, scene, *poses, margin, ceiling, energy, share)
+        with dispatch.one_torch_thread(torch.device("cpu")):
+            dispatch.in_parallel(relax, scene, *poses, margin, ceiling, energy, share)
         return energy, rotation, translation, share
 
 
