@@ -12,7 +12,7 @@ from .geometry.containers import Container
 from .geometry.sdf import NEAR, GridStack
 from .kernels import dispatch, wrenches
 from .poses import to_world
-from .query_points import runs
+from .query_points import ranges
 
 CHUNKS = 8  # that the compiled loops do one by one, so that the sums do not depend on the number of threads
 
@@ -54,25 +54,11 @@ def neighbours(
     Good for as long as nothing moves by more than half of `reach` less twice the margin that `contact` is given.
     """
     movers = len(half) if movers is None else movers
-    if dispatch.compiled(rotation.device):
-        scene = (
-            container.arrays(rotation.dtype),
-            stack.arrays,
-            half.numpy(),
-            *wrenches.arrays(rotation, translation),
-            samples.points.numpy(),
-            np.append(samples.start.numpy(), len(samples.points)),
-            reach,
-            movers,
-        )
+    search = _neighbours_by_compiled_loops if dispatch.compiled(rotation.device) else _neighbours
+    return search(stack, samples, half, rotation, translation, container, reach, movers)
 
-        def chunks(worker: int, workers: int) -> dict:
-            mine = range(worker, CHUNKS, workers)
-            return {chunk: _kernels().neighbours(chunk, CHUNKS, *scene) for chunk in mine}
 
-        found = {chunk: rows for part in dispatch.share(chunks) for chunk, rows in part.items()}
-        in_order = zip(*(found[chunk] for chunk in range(CHUNKS)), strict=True)
-        return Neighbours(*(torch.from_numpy(np.concatenate(rows)) for rows in in_order))
+def _neighbours(stack, samples, half, rotation, translation, container, reach, movers) -> Neighbours:
     bodies = len(half)
     with torch.no_grad():
         rotation, translation = rotation.reshape(-1, 3, 3), translation.reshape(-1, 3)
@@ -80,7 +66,7 @@ def neighbours(
         first, second = _touching_boxes(half[again], rotation, translation, bodies, reach).nonzero(as_tuple=True)
         moves = again < movers
         first, second = first[moves[first] | moves[second]], second[moves[first] | moves[second]]
-        pair, sample = runs(samples.start[again[first]], samples.count[again[first]])
+        pair, sample = ranges(samples.start[again[first]], samples.count[again[first]])
         # the sampled body seen from the other's frame
         back = rotation[second].transpose(1, 2)
         turn, shift = back @ rotation[first], (back @ (translation[first] - translation[second])[:, :, None])[:, :, 0]
@@ -91,17 +77,37 @@ def neighbours(
         within = (local.abs() < half[again[other]] + reach) & (offset.abs() < upright + reach)
         near = within.all(1).nonzero()[:, 0]
         pair, sample, local, other = pair[near], sample[near], local[near], other[near]
-        value = stack.nearest(again[other], local)
-        near = (value < reach + NEAR * stack.spacing[again[other]]).nonzero()[:, 0]
+        distance = stack.nearest(again[other], local)
+        near = (distance < reach + NEAR * stack.spacing[again[other]]).nonzero()[:, 0]
         touching = torch.stack([sample[near], first[pair[near]], other[near]], 1)
 
         close = container.signed_distance(translation)[0] + half.norm(dim=1)[again] > -reach
         close &= moves
-        own, wall = runs(samples.start[again], torch.where(close, samples.count[again], 0))
-        distance, _ = container.signed_distance(to_world(rotation, translation, own, samples.points[wall]))
-        by_wall = (distance > -reach).nonzero()[:, 0]
-        walls = torch.stack([wall[by_wall], own[by_wall], torch.full_like(by_wall, -1)], 1)
-    return Neighbours(touching.int(), walls.int())
+        own, sample = ranges(samples.start[again], torch.where(close, samples.count[again], 0))
+        distance, _ = container.signed_distance(to_world(rotation, translation, own, samples.points[sample]))
+        near = (distance > -reach).nonzero()[:, 0]
+        by_wall = torch.stack([sample[near], own[near], torch.full_like(near, -1)], 1)
+    return Neighbours(touching.int(), by_wall.int())
+
+
+def _neighbours_by_compiled_loops(stack, samples, half, rotation, translation, container, reach, movers) -> Neighbours:
+    from .kernels import contact as loops
+
+    wall, points = container.arrays(rotation.dtype), samples.points.numpy()
+    first = np.append(samples.start.numpy(), len(points))
+    turns, places = wrenches.arrays(rotation, translation)
+
+    def search(worker: int, workers: int) -> dict:
+        return {
+            chunk: loops.neighbours(
+                chunk, CHUNKS, wall, stack.arrays, half.numpy(), turns, places, points, first, reach, movers
+            )
+            for chunk in range(worker, CHUNKS, workers)
+        }
+
+    found = {chunk: rows for part in dispatch.in_parallel(search) for chunk, rows in part.items()}
+    touching, by_wall = zip(*(found[chunk] for chunk in range(CHUNKS)), strict=True)
+    return Neighbours(torch.from_numpy(np.concatenate(touching)), torch.from_numpy(np.concatenate(by_wall)))
 
 
 def contact(
@@ -120,47 +126,46 @@ def contact(
     the distance that each body keeps: from a wall its own, from another body the sum of both. With S starts, a value
     for each.
     """
-    if dispatch.compiled(rotation.device):
-        scene = (
-            container.arrays(rotation.dtype),
-            stack.arrays,
-            samples.points.numpy(),
-            samples.area.numpy(),
-            *wrenches.arrays(rotation, translation),
-            margin.numpy(),
-        )
-        sums = np.zeros((CHUNKS, translation.shape[:-1].numel(), 13))
-        dispatch.share(_kernels().contact, *scene, near.touching.numpy(), sums)
-        dispatch.share(_kernels().contact, *scene, near.by_wall.numpy(), sums)
-        return wrenches.attach_sums(sums.sum(0), rotation, translation)
-    bodies, starts = len(margin), translation.shape[:-2]
-    with torch.no_grad():
-        turn, place = rotation.reshape(-1, 3, 3), translation.reshape(-1, 3)
-        sample, own, other = near.touching.long().unbind(1)
-        point = samples.points[sample]
-        local = ((to_world(turn, place, own, point) - place[other])[:, None, :] @ turn[other])[:, 0]
-        value, slope = stack.sample(other % bodies, local)
-        depth = (margin[own % bodies] + margin[other % bodies] - value).clamp(min=0)
-        push = samples.area[sample] * depth
-        total = torch.zeros(len(turn), dtype=push.dtype, device=push.device).index_add_(0, own, push * depth)
-        force = 2 * push[:, None] * (turn[other] @ slope[:, :, None])[:, :, 0]
-        wrench = wrenches.gather(len(turn), own, point, -force) + wrenches.gather(len(turn), other, local, force)
 
-        sample, own, _ = near.by_wall.long().unbind(1)
-        point = samples.points[sample]
-        value, normal = container.signed_distance(to_world(turn, place, own, point))
-        depth = (value + margin[own % bodies]).clamp(min=0)
-        push = samples.area[sample] * depth
-        total.index_add_(0, own, push * depth)
-        wrench += wrenches.gather(len(turn), own, point, 2 * push[:, None] * normal)
-        total, wrench = total.view(*starts, bodies).sum(-1), wrench.view(*starts, bodies, 4, 3)
-    return wrenches.attach(total, rotation, translation, *wrenches.gradients(wrench))
+    def plain(rotation, translation):
+        return _contact(stack, samples, near, container, rotation, translation, margin)
+
+    def compiled(rotation, translation):
+        from .kernels import contact as loops
+
+        wall, points, area = container.arrays(samples.points.dtype), samples.points.numpy(), samples.area.numpy()
+        sums = np.zeros((CHUNKS, translation.shape[0] * translation.shape[1], 13))
+        for rows in (near.touching.numpy(), near.by_wall.numpy()):
+            dispatch.in_parallel(
+                loops.contact, wall, stack.arrays, points, area, rotation, translation, margin.numpy(), rows, sums
+            )
+        return sums.sum(0)
+
+    return wrenches.loss(rotation, translation, compiled, plain)
 
 
-def _kernels():
-    from .kernels import surface
+def _contact(stack, samples, near, container, rotation, translation, margin) -> tuple[Tensor, Tensor]:
+    """Values `(S,)` and wrenches `(S, N, 4, 3)` of `contact`, for S starts."""
+    starts, bodies = translation.shape[:2]
+    turn, place = rotation.reshape(-1, 3, 3), translation.reshape(-1, 3)
+    sample, own, other = near.touching.long().unbind(1)
+    point = samples.points[sample]
+    local = ((to_world(turn, place, own, point) - place[other])[:, None, :] @ turn[other])[:, 0]
+    distance, slope = stack.sample(other % bodies, local)
+    depth = (margin[own % bodies] + margin[other % bodies] - distance).clamp(min=0)
+    push = samples.area[sample] * depth
+    total = torch.zeros(len(turn), dtype=push.dtype, device=push.device).index_add_(0, own, push * depth)
+    force = 2 * push[:, None] * (turn[other] @ slope[:, :, None])[:, :, 0]
+    wrench = wrenches.gather(len(turn), own, point, -force) + wrenches.gather(len(turn), other, local, force)
 
-    return surface
+    sample, own, _ = near.by_wall.long().unbind(1)
+    point = samples.points[sample]
+    distance, normal = container.signed_distance(to_world(turn, place, own, point))
+    depth = (distance + margin[own % bodies]).clamp(min=0)
+    push = samples.area[sample] * depth
+    total.index_add_(0, own, push * depth)
+    wrench += wrenches.gather(len(turn), own, point, 2 * push[:, None] * normal)
+    return total.view(starts, bodies).sum(-1), wrench.view(starts, bodies, 4, 3)
 
 
 def _touching_boxes(half: Tensor, rotation: Tensor, translation: Tensor, bodies: int, margin: float) -> Tensor:

@@ -1,10 +1,8 @@
-"""The paper's losses, each with its equation.
-
-    L_total = L_sil + L_is + lambda * L_ext          (Eq. 1)
+"""The paper's losses, Eq. 2 to 5; `objective` is their weighted sum, Eq. 1.
 
 All take rotations `(N, 3, 3)` and translations `(N, 3)` and are differentiable in them (along rotations); with those of
-S starts, `(S, N, 3, 3)` and `(S, N, 3)`, they give a value for each start. An object is looked up only at the points in
-its own bounding box, never objects x points.
+S starts, `(S, N, 3, 3)` and `(S, N, 3)`, they give a value for each start. Each is written twice: in plain torch, where
+the equation can be read, and by compiled loops; `wrenches.loss` chooses.
 """
 
 from __future__ import annotations
@@ -20,7 +18,7 @@ from .geometry.containers import Container
 from .geometry.sdf import GridStack
 from .kernels import dispatch, wrenches
 from .poses import to_world
-from .query_points import Lattice, counts_by_compiled_loops, for_kernels, inside_pairs, tally
+from .query_points import Lattice, bodies_at, for_kernels, occupancy_by_compiled_loops, possibly_inside
 from .util.errors import InputError
 
 LAMBDA = 0.001  # weight of the extrusion term, the paper's
@@ -58,49 +56,62 @@ class _Silhouette(torch.autograd.Function):
 def overlap(
     stack: GridStack, half: Tensor, rotation: Tensor, translation: Tensor, lattice: Lattice, term: str = "shared"
 ) -> Tensor:
-    """Eq. 3-4: `L_is = sum_p D(p)`, `D(p) = sum over {i : S_i(p) < 0} of -S_i(p)`, metres.
+    """Eq. 4: `L_is = sum_p D(p)`, the depths of Eq. 3 summed over all query points, metres.
 
     half : `(N, 3)` half extents of the bodies' boxes, centred in their frames.
-    term : "shared" (the kit's reading, the paper's words): only points that lie inside two or more bodies count.
-        "as_printed" (the letter of Eq. 3): all points inside any body count; it repels nothing, see the design.
+    term : "shared", the kit's reading and the paper's words: only points that lie inside two or more bodies count.
+        "as_printed", the letter of Eq. 3: points inside one body count as well. It repels nothing: a rigid body has
+        the same depth wherever it lies, whether another one is there or not, so that the sum hardly changes with the
+        poses, and what is left of the gradient is the lattice's noise.
     Raises InputError for another term.
     """
     if term not in OVERLAP_TERMS:
         raise InputError(f"overlap term {term!r} is unknown; use one of {', '.join(OVERLAP_TERMS)}")
-    if dispatch.compiled(rotation.device):
-        sums = _compiled_overlap(stack, half, rotation, translation, lattice, 2 if term == "shared" else 1)
-        turn = wrenches.arrays(rotation, translation)[0]
-        sums[..., 1:] = (sums[..., 1:].reshape(*turn.shape[:2], 4, 3) @ turn.swapaxes(2, 3)).reshape(
-            *turn.shape[:2], 12
-        )
-        return wrenches.attach_sums(sums, rotation, translation)
-    if rotation.dim() == 4:
-        each = zip(rotation, translation, strict=True)
-        return torch.stack([overlap(stack, half, *place, lattice, term) for place in each])
-    with torch.no_grad():
-        body, point, local = inside_pairs(stack, half, rotation, translation, lattice, shared=term == "shared")
-        value, slope = stack.sample(body, local)
-        counts = value < 0
-        if term == "shared":
-            counts &= tally(point[counts], lattice)[point] >= 2
-        kept = counts.nonzero()[:, 0]
-        wrench = wrenches.gather(len(rotation), body[kept], local[kept], slope[kept])
-        total = -value[kept].sum()
-        gradients = wrenches.gradients(wrenches.to_world(wrench, rotation))
-    return wrenches.attach(total, rotation, translation, *gradients)
+    least = 2 if term == "shared" else 1
+
+    @wrenches.each_start
+    def plain(rotation, translation):
+        body, point, depth, slope = depths(stack, half, rotation, translation, lattice, least)
+        wrench = wrenches.gather(len(rotation), body, point, slope)
+        return depth.sum(), wrenches.to_world(wrench, rotation)
+
+    def compiled(rotation, translation):
+        return _overlap_by_compiled_loops(stack, half, rotation, translation, lattice, least)
+
+    return wrenches.loss(rotation, translation, compiled, plain)
 
 
-def _compiled_overlap(stack, half, rotation, translation, lattice, need: int) -> np.ndarray:
-    """`overlap` by compiled loops, `(S, N, 13)`: the bodies' shares of its value, and the wrenches in their frames."""
-    from .kernels import grid
+def depths(
+    stack: GridStack, half: Tensor, rotation: Tensor, translation: Tensor, lattice: Lattice, least: int = 2
+) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+    """Eq. 3: the terms of `D(p) = sum over {i : S_i(p) < 0} of -S_i(p)` at all query points p that lie in at least
+    `least` bodies, with S_i the signed distance of body i.
 
-    scene, starts = for_kernels(stack, half, rotation, translation, lattice), rotation.shape[:-3].numel()
-    if need > 1:
-        counts = counts_by_compiled_loops(scene, starts, lattice)
+    Returns for each term the body i `(M,)`, p in its frame `(M, 3)`, the depth -S_i(p) `(M,)` in metres, and the slope
+    of S_i there `(M, 3)`, in its frame.
+    """
+    body, point, local = possibly_inside(stack, half, rotation, translation, lattice, least)
+    distance, slope = stack.sample(body, local)
+    counts = distance < 0
+    if least > 1:
+        counts &= bodies_at(point[counts], lattice)[point] >= least
+    kept = counts.nonzero()[:, 0]
+    return body[kept], local[kept], -distance[kept], slope[kept]
+
+
+def _overlap_by_compiled_loops(stack, half, rotation, translation, lattice, least: int) -> np.ndarray:
+    """Eq. 3-4 as sums `(S, N, 13)`, see `wrenches.loss`: one pass counts the bodies at each point, one adds depths."""
+    from .kernels import overlap as loops
+
+    scene, starts = for_kernels(stack, half, rotation, translation, lattice), len(rotation)
+    if least > 1:
+        counts = occupancy_by_compiled_loops(scene, starts, lattice)
     else:
         counts = np.ones((starts, math.prod(lattice.shape)), np.int16)
-    sums = np.zeros((starts, len(half), 13))
-    dispatch.share(grid.overlap, need, counts, *scene, sums)
+    sums = np.zeros((*translation.shape[:2], 13))
+    dispatch.in_parallel(loops.overlap, least, counts, *scene, sums)
+    wrench = sums[..., 1:].reshape(*translation.shape[:2], 4, 3) @ rotation.swapaxes(2, 3)
+    sums[..., 1:] = wrench.reshape(*translation.shape[:2], 12)
     return sums
 
 
@@ -113,36 +124,29 @@ def extrusion(
     translation: Tensor,
     epsilon: float = EPSILON,
 ) -> Tensor:
-    """Eq. 5: `L_ext = sum_i sum_{v in V_i} max(-epsilon, S_C(v))`, metres.
+    """Eq. 5: `L_ext = sum_i sum_{v in V_i} max(-epsilon, S_C(v))`, metres, with S_C the container's signed distance.
 
     vertices `(V, 3)` in body frames, vertex_body `(V,)` sorted, radius `(N,)` of the bodies' bounding spheres. Bodies
     whose spheres lie deeper than epsilon add their constant -epsilon for each vertex without being looked at.
     """
-    if dispatch.compiled(rotation.device):
-        from .kernels import surface
 
-        place = wrenches.arrays(rotation, translation)
-        sums = np.zeros((*place[1].shape[:2], 13))
-        dispatch.share(
-            surface.extrusion,
-            container.arrays(rotation.dtype),
-            vertices.numpy(),
-            np.searchsorted(vertex_body.numpy(), np.arange(len(radius) + 1)),
-            radius.numpy(),
-            *place,
-            epsilon,
-            sums,
-        )
-        return wrenches.attach_sums(sums, rotation, translation)
-    if rotation.dim() == 4:
-        each = zip(rotation, translation, strict=True)
-        return torch.stack([extrusion(container, vertices, vertex_body, radius, *place, epsilon) for place in each])
-    with torch.no_grad():
+    @wrenches.each_start
+    def plain(rotation, translation):
         near = container.signed_distance(translation)[0] + radius > -epsilon
         chosen = near[vertex_body].nonzero()[:, 0]
         body, point = vertex_body[chosen], vertices[chosen]
-        value, normal = container.signed_distance(to_world(rotation, translation, body, point))
-        out = (value > -epsilon).nonzero()[:, 0]
-        total = value[out].sum() - epsilon * (len(vertices) - len(out))
-        gradients = wrenches.gradients(wrenches.gather(len(rotation), body[out], point[out], normal[out]))
-    return wrenches.attach(total, rotation, translation, *gradients)
+        distance, normal = container.signed_distance(to_world(rotation, translation, body, point))
+        out = (distance > -epsilon).nonzero()[:, 0]
+        value = distance[out].sum() - epsilon * (len(vertices) - len(out))
+        return value, wrenches.gather(len(rotation), body[out], point[out], normal[out])
+
+    def compiled(rotation, translation):
+        from .kernels import contact as loops
+
+        first = np.searchsorted(vertex_body.numpy(), np.arange(len(radius) + 1))
+        wall, corners, spheres = container.arrays(vertices.dtype), vertices.numpy(), radius.numpy()
+        sums = np.zeros((*translation.shape[:2], 13))
+        dispatch.in_parallel(loops.extrusion, wall, corners, first, spheres, rotation, translation, epsilon, sums)
+        return sums
+
+    return wrenches.loss(rotation, translation, compiled, plain)

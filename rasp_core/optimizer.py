@@ -1,9 +1,12 @@
-"""The one optimisation loop: poses of rigid bodies by Adam on Eq. 1. Packing, assembly and art call it."""
+"""The one optimisation loop: poses of rigid bodies by Adam on Eq. 1. Packing, assembly and art call it.
+
+`optimize` is `init`, then `run`, which calls `step` for each iteration.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,13 +15,16 @@ from torch import Tensor
 from tqdm.auto import tqdm
 
 from . import poses
+from .contact import Neighbours
 from .geometry.cameras import Camera
+from .geometry.containers import Container
+from .geometry.meshes import Body
 from .io import checkpoint as checkpoints
 from .kernels import dispatch
 from .objective import LOSS_NAMES, find_neighbours, objective
-from .poses import Poses
+from .poses import Poses, Variables
 from .problem import Problem, Settings
-from .query_points import query_lattice
+from .query_points import Lattice, query_lattice
 from .scene import Scene
 from .silhouettes import render
 from .util.adam import Adam
@@ -48,9 +54,19 @@ class Arrangement:
     interrupted: bool = False
 
     @property
+    def bodies(self) -> Sequence[Body]:
+        """Those of the problem."""
+        return self.problem.bodies
+
+    @property
+    def container(self) -> Container:
+        """That of the problem."""
+        return self.problem.container
+
+    @property
     def matrices(self) -> np.ndarray:
         """`(N, 4, 4)` float64: from each file's coordinates to the world."""
-        return poses.file_to_world(self.problem.bodies, self.rotation, self.translation)
+        return poses.file_to_world(self.bodies, self.rotation, self.translation)
 
     @property
     def poses(self) -> Poses:
@@ -72,7 +88,7 @@ class Step:
 def optimize(
     problem: Problem,
     settings: Settings | None = None,
-    start: Poses | Sequence[Poses] | None = None,
+    start: Poses | None = None,
     device: str | torch.device = "cpu",
     dtype: torch.dtype = torch.float32,
     scene: Scene | None = None,
@@ -80,13 +96,11 @@ def optimize(
     progress: bool = False,
     checkpoint: str | Path | None = None,
     checkpoint_every: int = 100,
-) -> Arrangement | list[Arrangement]:
+) -> Arrangement:
     """Minimise Eq. 1 over the poses of the bodies.
 
-    start : poses to start from; random ones by `settings.seed` where None. A list of S starts is optimised in one set
-    of tensors, each as it would be alone, into a list of S arrangements: for few bodies and small images, where most of
-    an iteration goes into calls, many starts cost little more than one.
-    scene : the problem's tensors, where they are at hand.
+    start : poses to start from; random ones by `settings.seed` where None. scene : the problem's tensors, where they
+    are at hand.
     callback : called after each iteration. True ends the run; other Settings take over from the next iteration on (all
     but resolution, query_points, rotation and seed, which stay as they were). progress : a bar on standard error.
     checkpoint : a file that the state is written to every `checkpoint_every` iterations and at the end; where it is
@@ -96,134 +110,172 @@ def optimize(
     what there is. Raises InputError for targets that do not fit the views, or a checkpoint of another run.
     """
     settings = settings or Settings()
-    scene = scene or problem.scene(device, dtype)
     start = start or Poses.random(problem.bodies, problem.container, settings.seed)
-    several = not isinstance(start, Poses)
-    if several:
-        start = Poses(torch.stack([s.rotation for s in start]), torch.stack([s.translation for s in start]))
-    targets = _targets(problem, scene, settings.resolution)
-    lattice = query_lattice(scene.container, settings.query_points, scene.device, scene.dtype)
-    variables = _Variables(start, scene, settings)
-    optimiser = Adam(variables.parameters)
-    rows: list[Tensor] = []
-    identity = {"settings": asdict(settings), "bodies": [body.digest for body in scene.bodies], "movers": scene.movers}
-    kept = checkpoints.load(checkpoint, identity, scene.device) if checkpoint else None
-    first = variables.restore(kept, optimiser, rows) if kept else 0
-    generator = torch.Generator()
-    interrupted, near = False, None
-    fixed = {name: getattr(settings, name) for name in ("resolution", "query_points", "rotation", "seed")}
-    bar = tqdm(total=settings.iterations, initial=first, disable=not progress, desc="arrange", leave=False)
-    with bar, dispatch.alone(scene.device):
-        try:
-            for iteration in range(first, settings.iterations):
-                generator.manual_seed(settings.seed * 1_000_003 + iteration)
-                shift = torch.rand(3, generator=generator).to(scene.device, scene.dtype) - 0.5
-                points = lattice.shifted(shift) if settings.jitter else lattice
-                rotation, translation = variables.poses()
-                if settings.contact_weight and iteration % NEIGHBOUR_LIFE == 0:
-                    near = find_neighbours(scene, rotation, translation, settings)
-                values, images = objective(scene, rotation, translation, targets, points, settings, iteration, near)
-                optimiser.zero_grad()
-                values[..., 0].sum().backward()
-                optimiser.step(variables.rates(settings.rate(iteration)))
-                rows.append(values.detach())
-                bar.update()
-                if progress and iteration % 20 == 0:
-                    mean = rows[-1].view(-1, len(LOSS_NAMES)).mean(0).tolist()
-                    bar.set_postfix({n: f"{v:.3g}" for n, v in zip(LOSS_NAMES, mean, strict=True)})
-                if checkpoint and (iteration + 1) % checkpoint_every == 0:
-                    checkpoints.save(checkpoint, identity, variables.state(iteration + 1, optimiser, rows))
-                step = Step(iteration, rows[-1], rotation.detach(), translation.detach(), images)
-                answer = callback(step) if callback else None
-                if isinstance(answer, Settings):
-                    settings = replace(answer, **fixed)
-                elif answer:
-                    interrupted = True
-                    break
-        except KeyboardInterrupt:
-            interrupted = True
+    state = init(problem, settings, start, scene or problem.scene(device, dtype))
     if checkpoint:
-        checkpoints.save(checkpoint, identity, variables.state(len(rows), optimiser, rows))
+        state.load(checkpoint)
+    interrupted = run(state, callback, progress, checkpoint, checkpoint_every)
+    if checkpoint:
+        state.save(checkpoint)
     with torch.no_grad():
-        rotation, translation = variables.poses()
-        images = render(scene.outlines, rotation, translation, scene.views, settings.resolution)
-    history = torch.stack(rows).cpu() if rows else torch.zeros(0, *translation.shape[:-2], len(LOSS_NAMES))
-    targets = targets.float().cpu().numpy()
+        rotation, translation = state.variables.poses()
+        images = render(state.scene.outlines, rotation, translation, state.scene.views, settings.resolution)
+    rows = torch.stack(state.history) if state.history else torch.zeros(0, *translation.shape[:-2], len(LOSS_NAMES))
+    return Arrangement(
+        problem,
+        state.settings,
+        rotation.double().cpu(),
+        translation.double().cpu(),
+        images.float().cpu().numpy(),
+        state.targets.float().cpu().numpy(),
+        state.scene.cameras,
+        rows.cpu().numpy(),
+        interrupted,
+    )
 
-    def arrangement(rotation, translation, images, history) -> Arrangement:
-        place, pictures = (rotation.double().cpu(), translation.double().cpu()), images.float().cpu().numpy()
-        return Arrangement(problem, settings, *place, pictures, targets, scene.cameras, history.numpy(), interrupted)
 
-    if several:
-        each = zip(rotation, translation, images, history.unbind(1), strict=True)
-        return [arrangement(*one) for one in each]
-    return arrangement(rotation, translation, images, history)
+def optimize_many(
+    problem: Problem, starts: Sequence[Poses], settings: Settings | None = None, **options
+) -> list[Arrangement]:
+    """`optimize` from S starts in one set of tensors, each as it would be alone: S arrangements.
+
+    For few bodies and small images, where most of an iteration goes into calls, many starts cost little more than one.
+    options : the others of `optimize`. Raises InputError as `optimize` does, and for no start.
+    """
+    if not starts:
+        raise InputError("there is no start to optimise from; give at least one")
+    start = Poses(torch.stack([s.rotation for s in starts]), torch.stack([s.translation for s in starts]))
+    together = optimize(problem, settings, start, **options)
+    return [
+        replace(
+            together,
+            rotation=together.rotation[k],
+            translation=together.translation[k],
+            images=together.images[k],
+            history=together.history[:, k],
+        )
+        for k in range(len(starts))
+    ]
 
 
-class _Variables:
-    """The learned turns and shifts of the bodies that may move, and the poses that they make of the start."""
+@dataclass
+class State:
+    """The loop between two iterations: what it works on, the settings of the next iteration, and what it has learned.
 
-    def __init__(self, start: Poses, scene: Scene, settings: Settings):
-        count = len(scene.bodies)
-        self.rotation = start.rotation.to(scene.device, scene.dtype)
-        self.translation = start.translation.to(scene.device, scene.dtype)
-        if self.rotation.shape[-3:] != (count, 3, 3) or self.translation.shape[-2:] != (count, 3):
-            raise InputError(f"the start has {self.rotation.shape[-3]} poses for {count} objects; give one for each")
-        self.width = scene.width
-        still = torch.zeros(3) if settings.rotation == "angles" else torch.tensor([1.0, 0, 0, 0])
-        self.movers = scene.movers
-        turn = still.expand(*self.translation.shape[:-2], self.movers, len(still)).clone()
-        self.to_rotation = poses.angles_to_rotation if settings.rotation == "angles" else poses.quaternion_to_rotation
-        # a quaternion (1, d) turns by 2 d, so half the rate gives both parametrisations the same first step
-        self.turn_rate = 1.0 if settings.rotation == "angles" else 0.5
-        self.turn = turn.to(scene.device, scene.dtype).requires_grad_()
-        self.shift = torch.zeros_like(self.translation[..., : self.movers, :], requires_grad=True)
+    targets `(K, H, W)`. near : what the contact term looks at, kept for NEIGHBOUR_LIFE iterations. history : the losses
+    of each iteration so far.
+    """
+
+    scene: Scene
+    settings: Settings
+    targets: Tensor
+    lattice: Lattice
+    variables: Variables
+    adam: Adam
+    identity: dict
+    near: Neighbours | None = None
+    history: list[Tensor] = field(default_factory=list)
 
     @property
-    def parameters(self) -> list[Tensor]:
-        return [self.turn, self.shift]
+    def iteration(self) -> int:
+        """The number of the next iteration, from 0."""
+        return len(self.history)
 
-    def state(self, iteration: int, optimiser, rows: list[Tensor]) -> dict:
-        """All that the next iteration depends on."""
-        return {
-            "iteration": iteration,
-            "rows": torch.stack(rows).cpu() if rows else torch.zeros(0),
-            "turn": self.turn.detach().cpu(),
-            "shift": self.shift.detach().cpu(),
-            "rotation": self.rotation.cpu(),
-            "translation": self.translation.cpu(),
-            "adam": optimiser.state_dict(),
+    def save(self, path: str | Path) -> None:
+        """Write all that the next iteration depends on. Raises OSError where it cannot."""
+        learned = {
+            "rows": torch.stack(self.history).cpu() if self.history else torch.zeros(0),
+            "turn": self.variables.turn.detach().cpu(),
+            "shift": self.variables.shift.detach().cpu(),
+            "rotation": self.variables.start.rotation.cpu(),
+            "translation": self.variables.start.translation.cpu(),
+            "adam": self.adam.state_dict(),
         }
+        checkpoints.save(path, self.identity, learned)
 
-    def restore(self, state: dict, optimiser, rows: list[Tensor]) -> int:
-        """Take a `state` over; returns its iteration."""
+    def load(self, path: str | Path) -> None:
+        """Take over what `save` wrote, if it is there. Raises InputError where it is damaged or of another run."""
+        learned = checkpoints.load(path, self.identity, self.scene.device)
+        if learned is None:
+            return
         with torch.no_grad():
-            self.turn.copy_(state["turn"])
-            self.shift.copy_(state["shift"])
-        self.rotation, self.translation = state["rotation"], state["translation"]
-        optimiser.load_state_dict(state["adam"])
-        rows.extend(state["rows"])
-        return state["iteration"]
-
-    def poses(self) -> tuple[Tensor, Tensor]:
-        rotation = self.to_rotation(self.turn) @ self.rotation[..., : self.movers, :, :]
-        translation = self.translation[..., : self.movers, :] + self.width * self.shift
-        if self.movers == self.translation.shape[-2]:
-            return rotation, translation
-        obstacles = self.rotation[..., self.movers :, :, :], self.translation[..., self.movers :, :]
-        return torch.cat([rotation, obstacles[0]], -3), torch.cat([translation, obstacles[1]], -2)
-
-    def rates(self, rate: float) -> list[float]:
-        return [rate * self.turn_rate, rate]
+            self.variables.turn.copy_(learned["turn"])
+            self.variables.shift.copy_(learned["shift"])
+        self.variables.start = Poses(learned["rotation"], learned["translation"])
+        self.adam.load_state_dict(learned["adam"])
+        self.history = list(learned["rows"])
 
 
-def _targets(problem: Problem, scene: Scene, resolution: int) -> Tensor:
-    if problem.targets is None:
-        return scene.container_silhouettes(resolution)
-    targets = torch.as_tensor(np.asarray(problem.targets), device=scene.device, dtype=scene.dtype)
-    if targets.shape != (len(scene.cameras), resolution, resolution):
-        raise InputError(
-            f"targets have shape {tuple(targets.shape)}; {len(scene.cameras)} views of {resolution} x {resolution} "
-            "pixels are needed"
-        )
-    return targets
+def init(problem: Problem, settings: Settings, start: Poses, scene: Scene) -> State:
+    """The loop before its first iteration. Raises InputError where start or targets do not fit the problem."""
+    count, given = len(scene.bodies), start.rotation.shape[-3]
+    if given != count or start.translation.shape[-2] != count:
+        raise InputError(f"the start has {given} poses for {count} objects; give one for each")
+    targets = problem.target_images(scene, settings.resolution)
+    lattice = query_lattice(scene.container, settings.query_points, scene.device, scene.dtype)
+    start = Poses(start.rotation.to(scene.device, scene.dtype), start.translation.to(scene.device, scene.dtype))
+    variables = Variables(start, scene.movers, scene.width, settings.rotation)
+    identity = {"settings": asdict(settings), "bodies": [body.digest for body in scene.bodies], "movers": scene.movers}
+    return State(scene, settings, targets, lattice, variables, Adam(variables.parameters), identity)
+
+
+def step(state: State) -> Step:
+    """One iteration: Eq. 1 at the present poses, its gradient, and Adam's step against it."""
+    iteration, settings, scene = state.iteration, state.settings, state.scene
+    rotation, translation = state.variables.poses()
+    if settings.contact_weight and iteration % NEIGHBOUR_LIFE == 0:
+        state.near = find_neighbours(scene, rotation, translation, settings)
+    points = _jittered(state.lattice, settings.seed, iteration) if settings.jitter else state.lattice
+    losses, images = objective(scene, rotation, translation, state.targets, points, settings, iteration, state.near)
+    state.adam.zero_grad()
+    losses[..., 0].sum().backward()
+    state.adam.step(state.variables.rates(settings.rate(iteration)))
+    state.history.append(losses.detach())
+    return Step(iteration, state.history[-1], rotation.detach(), translation.detach(), images)
+
+
+def run(
+    state: State,
+    callback: Callable[[Step], object] | None = None,
+    progress: bool = False,
+    checkpoint: str | Path | None = None,
+    checkpoint_every: int = 100,
+) -> bool:
+    """All steps that are left, see `optimize`; True where the callback or Ctrl-C ends them early."""
+    iterations = range(state.iteration, state.settings.iterations)
+    bar = tqdm(total=iterations.stop, initial=iterations.start, disable=not progress, desc="arrange", leave=False)
+    with bar, dispatch.one_torch_thread(state.scene.device):
+        try:
+            for iteration in iterations:
+                found = step(state)
+                bar.update()
+                if progress and iteration % 20 == 0:
+                    mean = found.losses.view(-1, len(LOSS_NAMES)).mean(0).tolist()
+                    bar.set_postfix({n: f"{v:.3g}" for n, v in zip(LOSS_NAMES, mean, strict=True)})
+                if checkpoint and state.iteration % checkpoint_every == 0:
+                    state.save(checkpoint)
+                answer = callback(found) if callback else None
+                if isinstance(answer, Settings):
+                    state.settings = _taken_over(answer, state.settings)
+                elif answer:
+                    return True
+        except KeyboardInterrupt:
+            return True
+    return False
+
+
+def _jittered(lattice: Lattice, seed: int, iteration: int) -> Lattice:
+    """The lattice moved by at most half its spacing, at random but the same for the same seed and iteration."""
+    generator = torch.Generator().manual_seed(seed * 1_000_003 + iteration)
+    return lattice.shifted(torch.rand(3, generator=generator).to(lattice.origin) - 0.5)
+
+
+def _taken_over(settings: Settings, before: Settings) -> Settings:
+    """A callback's settings, but for what stays as it was in a run."""
+    return replace(
+        settings,
+        resolution=before.resolution,
+        query_points=before.query_points,
+        rotation=before.rotation,
+        seed=before.seed,
+    )

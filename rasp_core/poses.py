@@ -1,4 +1,4 @@
-"""Rigid poses: of many bodies at once (`Poses`), and how they are parametrised.
+"""Rigid poses: of many bodies at once (`Poses`), and how the loop learns them (`Variables`).
 
 Three angles -> quaternion -> rotation, as in the paper; quaternions directly as the alternative.
 
@@ -39,10 +39,49 @@ class Poses:
         return Poses(self.rotation[index], self.translation[index])
 
 
+class Variables:
+    """The learned turns and shifts of the bodies that may move, the first `movers` ones, and the poses that they make
+    of the start.
+
+    turn : `(..., movers, 3)` angles in radians, or `(..., movers, 4)` quaternions where parametrisation is
+    "quaternion". shift : `(..., movers, 3)`, in `width` metres.
+    """
+
+    def __init__(self, start: Poses, movers: int, width: float, parametrisation: str):
+        self.start, self.movers, self.width = start, movers, width
+        if parametrisation == "angles":
+            still, self.to_rotation, self.turn_rate = torch.zeros(3), angles_to_rotation, 1.0
+        else:
+            # a quaternion (1, d) turns by 2 d, so half the rate gives both parametrisations the same first step
+            still, self.to_rotation, self.turn_rate = torch.tensor([1.0, 0, 0, 0]), quaternion_to_rotation, 0.5
+        turn = still.expand(*start.translation.shape[:-2], movers, len(still)).clone()
+        self.turn = turn.to(start.translation).requires_grad_()
+        self.shift = torch.zeros_like(start.translation[..., :movers, :], requires_grad=True)
+
+    def poses(self) -> tuple[Tensor, Tensor]:
+        """Rotation `(..., N, 3, 3)` and translation `(..., N, 3)` of all bodies, differentiable."""
+        movers, rotation, translation = self.movers, self.start.rotation, self.start.translation
+        turned = self.to_rotation(self.turn) @ rotation[..., :movers, :, :]
+        shifted = translation[..., :movers, :] + self.width * self.shift
+        if movers == translation.shape[-2]:
+            return turned, shifted
+        obstacles = rotation[..., movers:, :, :], translation[..., movers:, :]
+        return torch.cat([turned, obstacles[0]], -3), torch.cat([shifted, obstacles[1]], -2)
+
+    @property
+    def parameters(self) -> list[Tensor]:
+        """What is learned: turn and shift."""
+        return [self.turn, self.shift]
+
+    def rates(self, rate: float) -> list[float]:
+        """Of Adam's next step, for each parameter: `rate` radians for turns, as many viewing widths for shifts."""
+        return [rate * self.turn_rate, rate]
+
+
 def join(first: Poses, second: Poses) -> Poses:
-    """The poses of both, in order."""
-    pairs = (first.rotation, second.rotation), (first.translation, second.translation)
-    return Poses(*(torch.cat([a, b.to(a.dtype)]) for a, b in pairs))
+    """The poses of both, in order, in the first's dtype."""
+    rotation, translation = second.rotation.to(first.rotation.dtype), second.translation.to(first.translation.dtype)
+    return Poses(torch.cat([first.rotation, rotation]), torch.cat([first.translation, translation]))
 
 
 def to_world(rotation: Tensor, translation: Tensor, body: Tensor, points: Tensor) -> Tensor:
@@ -108,11 +147,6 @@ def rotation_to_angles(rotation: Tensor) -> Tensor:
     return torch.stack([torch.where(locked, x_locked, x), y, torch.where(locked, torch.zeros_like(z), z)], -1)
 
 
-def rotation_to_quaternion(rotation: Tensor) -> Tensor:
-    """`(..., 3, 3)` rotation matrices -> `(..., 4)` unit quaternions."""
-    return angles_to_quaternion(rotation_to_angles(rotation))
-
-
 def random_quaternions(count: int, generator: torch.Generator, dtype: torch.dtype = torch.float32) -> Tensor:
     """`(count, 4)` unit quaternions, uniform over all rotations (normalised Gaussians), on the CPU."""
     quaternion = torch.randn(count, 4, generator=generator, dtype=torch.float64)
@@ -126,23 +160,6 @@ def to_matrix(rotation: Tensor, translation: Tensor) -> Tensor:
     matrix[..., :3, 3] = translation
     matrix[..., 3, 3] = 1
     return matrix
-
-
-def from_matrix(matrix: Tensor) -> tuple[Tensor, Tensor]:
-    """`(..., 4, 4)` -> rotations `(..., 3, 3)` and translations `(..., 3)`."""
-    return matrix[..., :3, :3], matrix[..., :3, 3]
-
-
-def compose(outer: Tensor, inner: Tensor) -> Tensor:
-    """`(..., 4, 4)` pose that applies `inner` first, then `outer`."""
-    return outer @ inner
-
-
-def invert(matrix: Tensor) -> Tensor:
-    """`(..., 4, 4)` rigid poses -> their inverses."""
-    rotation, translation = from_matrix(matrix)
-    back = rotation.transpose(-1, -2)
-    return to_matrix(back, -(back @ translation[..., None])[..., 0])
 
 
 def degrees_between(first: Tensor, second: Tensor) -> Tensor:

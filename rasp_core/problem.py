@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
+from torch import Tensor
 
 from . import losses, query_points
 from .geometry.cameras import Camera
@@ -97,6 +98,19 @@ class Problem:
         cameras = self.cameras or self.container.views()
         return Scene(self.bodies, self.container, cameras, device, dtype, self.obstacles)
 
+    def target_images(self, scene: Scene, resolution: int) -> Tensor:
+        """The targets `(K, H, W)` on the scene's device. Raises InputError for a shape that does not fit the views."""
+        if self.targets is None:
+            return scene.container_silhouettes(resolution)
+        targets = torch.as_tensor(np.asarray(self.targets), device=scene.device, dtype=scene.dtype)
+        if targets.shape != (len(scene.cameras), resolution, resolution):
+            raise InputError(
+                f"targets have shape {tuple(targets.shape)}; {len(scene.cameras)} views of {resolution} x {resolution} "
+                "pixels are needed"
+            )
+        return targets
 
-def _fall(first: float, last: float, share: float) -> float:
-    return first * (last / first) ** share
+
+def _fall(first: float, last: float, fraction: float) -> float:
+    """From `first` to `last`, geometrically."""
+    return first * (last / first) ** fraction

@@ -45,9 +45,9 @@ class Lattice:
         index = torch.stack(torch.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
         return self.origin + index.to(self.origin.dtype) * self.spacing
 
-    def shifted(self, share: Tensor) -> Lattice:
-        """The lattice moved by `share` `(3,)` of its spacing; the same points count."""
-        return Lattice(self.origin + share * self.spacing, self.spacing, self.shape, self.inside)
+    def shifted(self, fraction: Tensor) -> Lattice:
+        """The lattice moved by a `fraction` `(3,)` of its spacing; the same points count."""
+        return Lattice(self.origin + fraction * self.spacing, self.spacing, self.shape, self.inside)
 
 
 def query_lattice(container: Container, count: int = QUERY_POINTS, device="cpu", dtype=torch.float32) -> Lattice:
@@ -67,52 +67,59 @@ def query_lattice(container: Container, count: int = QUERY_POINTS, device="cpu",
 def occupancy(stack: GridStack, half: Tensor, rotation: Tensor, translation: Tensor, lattice: Lattice) -> Tensor:
     """How many bodies each lattice point lies in, `(X, Y, Z)`; rotation `(N, 3, 3)`, translation `(N, 3)`."""
     if dispatch.compiled(rotation.device):
-        counts = counts_by_compiled_loops(for_kernels(stack, half, rotation, translation, lattice), 1, lattice)
+        poses = wrenches.arrays(rotation, translation)
+        counts = occupancy_by_compiled_loops(for_kernels(stack, half, *poses, lattice), 1, lattice)
         return torch.from_numpy(counts[0].reshape(lattice.shape))
     with torch.no_grad():
-        body, point, local = inside_pairs(stack, half, rotation, translation, lattice, shared=False)
-        return tally(point[stack.sample(body, local)[0] < 0], lattice).view(lattice.shape)
+        body, point, local = possibly_inside(stack, half, rotation, translation, lattice)
+        return bodies_at(point[stack.sample(body, local)[0] < 0], lattice).view(lattice.shape)
 
 
-def counts_by_compiled_loops(scene: tuple, starts: int, lattice: Lattice) -> np.ndarray:
-    """How many bodies of each start the flat lattice points are in, `(S, P)`."""
-    from .kernels import grid
+def occupancy_by_compiled_loops(scene: tuple, starts: int, lattice: Lattice) -> np.ndarray:
+    """How many bodies of each start the flat lattice points lie in, `(S, P)`; scene : of `for_kernels`."""
+    from .kernels import overlap
 
     counts = np.zeros((dispatch.workers(), starts, math.prod(lattice.shape)), np.int16)
-    dispatch.share(grid.count, *scene, counts)
+    dispatch.in_parallel(overlap.count, *scene, counts)
     return counts.sum(0, np.int16)
 
 
-def for_kernels(stack, half, rotation, translation, lattice) -> tuple:
-    """What both loops of the overlap term are given."""
+def for_kernels(
+    stack: GridStack, half: Tensor, rotation: np.ndarray, translation: np.ndarray, lattice: Lattice
+) -> tuple:
+    """What the loops in `kernels.overlap` have in common; rotation `(S, N, 3, 3)`, translation `(S, N, 3)`."""
     return (
         stack.arrays,
         half.numpy(),
-        *wrenches.arrays(rotation, translation),
+        rotation,
+        translation,
         np.array([*lattice.origin.tolist(), lattice.spacing]),
         lattice.shape,
         np.zeros(0, np.bool_) if lattice.inside is None else lattice.inside.numpy(),
     )
 
 
-def runs(start: Tensor, count: Tensor) -> tuple[Tensor, Tensor]:
-    """Rows of index ranges `[start, start + count)`: which range each index is of, and the index."""
+def ranges(start: Tensor, count: Tensor) -> tuple[Tensor, Tensor]:
+    """The indices in ranges `[start, start + count)`: which range each one is of, and the index."""
     which = torch.repeat_interleave(count)
     return which, torch.arange(len(which), device=count.device) - (count.cumsum(0) - count - start)[which]
 
 
-def tally(point: Tensor, lattice: Lattice) -> Tensor:
+def bodies_at(point: Tensor, lattice: Lattice) -> Tensor:
+    """How often each flat lattice point is among `point` `(M,)`, `(X * Y * Z,)` int32."""
     size = lattice.shape[0] * lattice.shape[1] * lattice.shape[2]
     ones = torch.ones_like(point, dtype=torch.int32)
     return torch.zeros(size, dtype=torch.int32, device=point.device).index_add_(0, point, ones)
 
 
-def inside_pairs(stack, half, rotation, translation, lattice, shared: bool):
+def possibly_inside(
+    stack: GridStack, half: Tensor, rotation: Tensor, translation: Tensor, lattice: Lattice, least: int = 1
+) -> tuple[Tensor, Tensor, Tensor]:
     """Pairs (body, lattice point) that may lie inside: body `(M,)`, flat point `(M,)`, place in the body's frame.
 
     A body's box is cut out of the lattice column by column, so that a turned box costs its own volume and not that
-    of the upright box about it. The grids' nearest values throw out what surely lies outside; with `shared`, also
-    points that are left with one body.
+    of the upright box about it. The grids' nearest values throw out what surely lies outside, and points that are left
+    with fewer than `least` bodies.
     """
     device, h = rotation.device, lattice.spacing
     reach = (rotation.abs() @ half[:, :, None])[:, :, 0]
@@ -122,7 +129,7 @@ def inside_pairs(stack, half, rotation, translation, lattice, shared: bool):
     width = (high - low + 1).clamp(min=0)
 
     columns = width[:, 0] * width[:, 1]
-    body, step = runs(torch.zeros_like(columns), columns)
+    body, step = ranges(torch.zeros_like(columns), columns)
     ix = low[body, 0] + torch.div(step, width[body, 1], rounding_mode="floor")
     iy = low[body, 1] + step % width[body, 1]
     # along a column the place in the body's frame is base + iz * rise
@@ -136,7 +143,7 @@ def inside_pairs(stack, half, rotation, translation, lattice, shared: bool):
     last = torch.minimum(torch.maximum(enter, leave).amin(1).floor().clamp(-1, lattice.shape[2]).long(), top[2])
     lengths = (last - first + 1).clamp(min=0)
 
-    column, iz = runs(first, lengths)
+    column, iz = ranges(first, lengths)
     owner = body[column]
     point = ((ix * lattice.shape[1] + iy) * lattice.shape[2])[column] + iz
     spacing = stack.spacing[body, None]
@@ -145,8 +152,8 @@ def inside_pairs(stack, half, rotation, translation, lattice, shared: bool):
     kept = value < NEAR * stack.spacing[owner]
     if lattice.inside is not None:
         kept &= lattice.inside[point]
-    if shared:
-        kept &= tally(point[kept], lattice)[point] >= 2
+    if least > 1:
+        kept &= bodies_at(point[kept], lattice)[point] >= least
     kept = kept.nonzero()[:, 0]
     column, owner, point, iz = column[kept], owner[kept], point[kept], iz[kept]
     return owner, point, base[column] + iz[:, None] * rise[column]

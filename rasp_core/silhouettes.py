@@ -69,12 +69,12 @@ def soften(images: Tensor, softness_px: float) -> Tensor:
     kernel = torch.exp(-0.5 * (steps / softness_px) ** 2)
     kernel = kernel / kernel.sum()
     if dispatch.compiled(images.device) and not images.requires_grad:
-        from .kernels import grid
+        from .kernels import blur
 
         sharp = images.reshape(-1, *images.shape[-2:]).contiguous()
         across, soft = torch.zeros_like(sharp), torch.zeros_like(sharp)
-        dispatch.share(grid.blur_rows, sharp.numpy(), kernel.numpy(), across.numpy())
-        dispatch.share(grid.blur_columns, across.numpy(), kernel.numpy(), soft.numpy())
+        dispatch.in_parallel(blur.along_rows, sharp.numpy(), kernel.numpy(), across.numpy())
+        dispatch.in_parallel(blur.along_columns, across.numpy(), kernel.numpy(), soft.numpy())
         return soft.view(images.shape)
     soft = images.reshape(-1, 1, *images.shape[-2:])
     soft = functional.conv2d(soft, kernel[None, None, None, :], padding=(0, reach))
@@ -224,7 +224,7 @@ def _drawn(rotation, translation, outlines, views, n):
         np.empty((count, len(outlines.vertices), 2), dtype),
         np.empty((count, len(outlines.vertices)), dtype),
     )
-    dispatch.share(silhouettes.render, outlines.arrays, *place, views.arrays, drawn)
+    dispatch.in_parallel(silhouettes.render, outlines.arrays, *place, views.arrays, drawn)
     return drawn
 
 
@@ -249,7 +249,7 @@ class _Compiled(torch.autograd.Function):
         place = wrenches.arrays(rotation, translation)
         wrench = np.zeros((len(place[0]), len(views.width), rotation.shape[-3], 4, 3))
         flat = wrench.reshape(-1, *wrench.shape[2:])
-        dispatch.share(silhouettes.pull, upstream, outlines.arrays, *place, views.arrays, drawn, flat)
+        dispatch.in_parallel(silhouettes.pull, upstream, outlines.arrays, *place, views.arrays, drawn, flat)
         total = torch.from_numpy(wrench.sum(1)).to(rotation.dtype).view(*rotation.shape[:-2], 4, 3)
         return *wrenches.gradients(total), None, None, None
 

@@ -77,7 +77,7 @@ class Container:
         return torch.where(deepest > 0, distance, deepest), gradient * torch.where(points < 0, -1.0, 1.0)
 
     def arrays(self, dtype: torch.dtype) -> tuple:
-        """half, centre and grid for the compiled loops, see `kernels_surface`."""
+        """half, centre and grid for the compiled loops, see `kernels.grid`."""
         if self.size is None:
             return np.zeros(0), self.body.centre, self._stack(torch.device("cpu"), dtype).arrays
         return self.size / 2, np.zeros(3), sdf.GridStack([], dtype=dtype).arrays

@@ -38,15 +38,16 @@ def use(name: str) -> Iterator[None]:
 
 
 def workers() -> int:
-    """On how many threads `share` computes: as many as torch, or as torch had outside of `alone`."""
+    """On how many threads `in_parallel` computes: as many as torch, or as torch had outside of `one_torch_thread`."""
     return _workers.get() or torch.get_num_threads()
 
 
 @contextmanager
-def alone(device: torch.device) -> Iterator[None]:
+def one_torch_thread(device: torch.device) -> Iterator[None]:
     """Within the block torch itself computes on one thread, where the loops on `device` are the compiled ones.
 
-    Torch's threads spin for some milliseconds after each operation that they share, on the cores that `share` wants.
+    Torch's threads spin for some milliseconds after each operation that they share, on the cores that `in_parallel`
+    wants.
     """
     before = torch.get_num_threads()
     if not compiled(device) or before == 1:
@@ -61,7 +62,7 @@ def alone(device: torch.device) -> Iterator[None]:
         _workers.reset(token)
 
 
-def share(kernel: Callable, *arguments) -> list:
+def in_parallel(kernel: Callable, *arguments) -> list:
     """`kernel(worker, workers, *arguments)` on each of `workers()` threads; their results in order.
 
     The compiled loops release the interpreter's lock. Plain threads and not numba's parallel loops: those take twice

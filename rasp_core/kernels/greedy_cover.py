@@ -2,8 +2,8 @@
 
 A scene is (views, profiles, worth, veil).
 views : (axes `(K, 3, 3)`, centre `(K, 3)`, width `(K,)`, distance `(K,)` of the eye, 0 where it is at infinity).
-profiles : (runs, rotation, reach, radius), see `profiles.Profiles`. worth `(K, H, H + 1)`: each row's running sum of
-what covering its pixels is worth. veil : (hidden `(K, H, H)`, depth `(K, H, H)`, shared `(L, K, K)`), or arrays of
+profiles : (runs, rotation, reach, radius), see `art.run_length.Profiles`. worth `(K, H, H + 1)`: each row's running sum
+of what covering its pixels is worth. veil : (hidden `(K, H, H)`, depth `(K, H, H)`, shared `(L, K, K)`), or arrays of
 length 0: what hiding each pixel's sight is worth; how far along the middle ray it lies; and what it costs, for each
 square metre's pixels, that two views see all of a profile.
 """
@@ -15,7 +15,7 @@ import math
 import numpy as np
 from numba import njit
 
-from .surface import _sample
+from .grid import sample
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -123,7 +123,7 @@ def _touches(grids, samples, own, turn, at, other, other_turn, other_at, margin)
         lx = other_turn[0, 0] * wx + other_turn[1, 0] * wy + other_turn[2, 0] * wz
         ly = other_turn[0, 1] * wx + other_turn[1, 1] * wy + other_turn[2, 1] * wz
         lz = other_turn[0, 2] * wx + other_turn[1, 2] * wy + other_turn[2, 2] * wz
-        if _sample(grids, other, lx, ly, lz)[0] < margin:
+        if sample(grids, other, lx, ly, lz)[0] < margin:
             return True
     return False
 

@@ -1,6 +1,6 @@
 """Bodies pushed apart by a Levenberg-Marquardt method on their surface contact, compiled by numba at first use.
 
-Conjugate gradients solve each step's system, that of `kernels_stiffness`. Arrays only, no tensors.
+Conjugate gradients solve each step's system, that of `gauss_newton`. Arrays only, no tensors.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """How a part's surface lies to a whole and to placed parts, under many poses: compiled by numba at first use.
 
-Arrays only; `docking` says what is meant. A wall and grids are as in `kernels_surface`.
+Arrays only; `assembly.registration` says what is meant. A wall and grids are as in `grid`.
 """
 
 from __future__ import annotations
@@ -10,10 +10,7 @@ import math
 import numpy as np
 from numba import njit
 
-from . import surface
-
-# written into the loop: a function that is given arrays for each point costs ten times as much
-_sample = njit(inline="always", error_model="numpy")(surface._sample.py_func)
+from .grid import sample_inline, wall_distance
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -53,7 +50,7 @@ def look(points, normals, rotation, centre, wall, attracts, placed, skip, near, 
             lies, leaves = 0.0, 0.0
             for m in range(-1, count):
                 if m < 0:
-                    distance, gx, gy, gz = surface._to_wall(wall, x, y, z)
+                    distance, gx, gy, gz = wall_distance(wall, x, y, z)
                     along = nx * gx + ny * gy + nz * gz if attracts else -1.0
                     wrong = distance > 0
                 else:
@@ -64,7 +61,7 @@ def look(points, normals, rotation, centre, wall, attracts, placed, skip, near, 
                     lz = turns[k, 0, 2] * dx + turns[k, 1, 2] * dy + turns[k, 2, 2] * dz
                     if abs(lx) >= half[k, 0] + near or abs(ly) >= half[k, 1] + near or abs(lz) >= half[k, 2] + near:
                         continue
-                    distance, sx, sy, sz = _sample(grids, k, lx, ly, lz)
+                    distance, sx, sy, sz = sample_inline(grids, k, lx, ly, lz)
                     gx = turns[k, 0, 0] * sx + turns[k, 0, 1] * sy + turns[k, 0, 2] * sz
                     gy = turns[k, 1, 0] * sx + turns[k, 1, 1] * sy + turns[k, 1, 2] * sz
                     gz = turns[k, 2, 0] * sx + turns[k, 2, 1] * sy + turns[k, 2, 2] * sz

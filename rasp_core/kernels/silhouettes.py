@@ -1,6 +1,6 @@
 """The shadow renderer's hot loops on the CPU, compiled by numba at first use; `silhouettes` has the oracle in torch.
 
-One worker draws one view of one start, see `engine.share`. Arrays only, no torch.
+One worker draws one view of one start, see `dispatch.in_parallel`. Arrays only, no torch.
 """
 
 from __future__ import annotations
@@ -170,7 +170,8 @@ def render(worker, workers, surface, rotation, translation, cameras, drawn):
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def pull(worker, workers, upstream, surface, rotation, translation, cameras, drawn, wrench):
-    """The gradient's way back: sums of world forces at body-frame points, see `forces.gather`, for each start and view.
+    """The gradient's way back: for each start and view, sums of world forces at body-frame points, see
+    `wrenches.gather`.
 
     upstream `(S * K, n, n)`: the loss's gradient in the image. drawn : what `render` left. Adds to wrench
     `(S * K, N, 4, 3)`.

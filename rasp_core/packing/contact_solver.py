@@ -78,8 +78,8 @@ class Relaxation:
         weight = np.ones_like(self.radius) if weight is None else weight
         scene = container.arrays(torch.float32), self.grids, self.samples, self.half, self.radius, weight
         ceiling = np.asarray(ceiling, np.float64)
-        with dispatch.alone(torch.device("cpu")):
-            dispatch.share(relax, scene, rotation, translation, margin, ceiling, energy, energy_of_body)
+        with dispatch.one_torch_thread(torch.device("cpu")):
+            dispatch.in_parallel(relax, scene, rotation, translation, margin, ceiling, energy, energy_of_body)
         return Relaxed(energy, rotation, translation, energy_of_body)
 
 

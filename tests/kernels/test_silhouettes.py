@@ -39,3 +39,14 @@ def test_images_masks_and_gradients(projection, dtype, tolerance, resolution):
     assert (compiled[1] != plain[1]).sum() <= (0 if dtype == torch.float64 else 3)
     for a, b in zip(compiled[2:], plain[2:], strict=True):
         assert (a - b).abs().max() <= tolerance * b.abs().max()
+
+
+@pytest.mark.parametrize("name", dispatch.ENGINES)
+def test_several_starts_are_drawn_as_each_alone(crowd, name):
+    scene, turns, place = crowd
+    rotation, centre = poses.angles_to_rotation(torch.stack([turns, turns + 1])), torch.stack([place, -place])
+    with dispatch.use(name):
+        images = silhouettes.render(scene.outlines, rotation, centre, scene.views, 96)
+        alone = [silhouettes.render(scene.outlines, rotation[k], centre[k], scene.views, 96) for k in range(2)]
+    assert torch.equal(images, torch.stack(alone))
+    assert not torch.equal(*alone)

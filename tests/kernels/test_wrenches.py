@@ -24,7 +24,9 @@ def test_gathered_forces_are_the_gradient_of_a_linear_function_of_moved_points()
 
     rotation, world = moved()
     wrench = wrenches.gather(4, body, point, force)
-    value = wrenches.attach(torch.tensor(3.0, dtype=torch.float64), rotation, translation, *wrenches.gradients(wrench))
+    value = wrenches.differentiable(
+        torch.tensor(3.0, dtype=torch.float64), rotation, translation, *wrenches.gradients(wrench)
+    )
     found = torch.autograd.grad(2 * value, (angles, translation))
     assert value == 3
     assert all(torch.allclose(f, 2 * e) for f, e in zip(found, expected, strict=True))
