@@ -11,7 +11,7 @@ from rasp_core.exact.certificate import certify
 from rasp_core.geometry import containers
 from rasp_core.kernels import dispatch
 from rasp_core.objective import LOSS_NAMES
-from rasp_core.optimizer import optimize
+from rasp_core.optimizer import optimize, optimize_many
 from rasp_core.poses import Poses
 from rasp_core.problem import Problem, Settings
 from rasp_core.util.errors import InputError
@@ -40,8 +40,9 @@ def test_obstacles_stay_and_the_others_are_pressed_off_them(two_balls, several):
     room = containers.box((20, 20, 20))
     start = Poses(torch.eye(3).repeat(2, 1, 1), torch.tensor([[0.0, 0, 0], [1.0, 0.2, 0.1]]))
     settings = replace(QUICK, iterations=100, silhouette_weight=0, overlap_weight=0, lambda_=1, contact_weight=1)
-    run = optimize(Problem(two_balls, room, obstacles=1), settings, [start, start] if several else start)
-    for found in run if several else [run]:
+    problem = Problem(two_balls, room, obstacles=1)
+    runs = optimize_many(problem, [start, start], settings) if several else [optimize(problem, settings, start)]
+    for found in runs:
         assert torch.equal(found.translation[1], start.translation[1].double())
         assert torch.equal(found.rotation[1], start.rotation[1].double())
         assert (found.translation[0] - found.translation[1]).norm() > 1.95
@@ -128,6 +129,11 @@ def test_starts_and_targets_that_do_not_fit_are_refused(problem):
         optimize(replace(problem, targets=np.zeros((3, 32, 32))), QUICK)
 
 
+def test_no_start_at_all_is_refused(problem):
+    with pytest.raises(InputError, match="no start"):
+        optimize_many(problem, [])
+
+
 @pytest.mark.parametrize("name", dispatch.ENGINES)
 def test_many_starts_at_once_are_each_as_alone(name):
     """All terms, contact included; 5 objects, 3 starts."""
@@ -135,7 +141,7 @@ def test_many_starts_at_once_are_each_as_alone(name):
     settings = replace(QUICK, iterations=12, contact_weight=1.0, lambda_=3.0)
     starts = [Poses.random(problem.bodies, problem.container, seed) for seed in range(3)]
     with dispatch.use(name):
-        together = optimize(problem, settings, starts)
+        together = optimize_many(problem, starts, settings)
         alone = [optimize(problem, settings, start) for start in starts]
     for one, other in zip(together, alone, strict=True):
         assert (one.translation - other.translation).abs().max() < 1e-5
@@ -149,9 +155,9 @@ def test_many_starts_go_on_from_a_checkpoint(tmp_path):
     problem, path = Problem(kitchen_like(2), BOX), tmp_path / "state.pt"
     settings = replace(QUICK, iterations=8)
     starts = [Poses.random(problem.bodies, problem.container, seed) for seed in range(2)]
-    whole = optimize(problem, settings, starts)
-    optimize(problem, settings, starts, checkpoint=path, callback=lambda step: step.iteration == 4)
-    resumed = optimize(problem, settings, starts, checkpoint=path)
+    whole = optimize_many(problem, starts, settings)
+    optimize_many(problem, starts, settings, checkpoint=path, callback=lambda step: step.iteration == 4)
+    resumed = optimize_many(problem, starts, settings, checkpoint=path)
     assert all(torch.equal(a.translation, b.translation) for a, b in zip(whole, resumed, strict=True))
     assert resumed[1].history.shape == (8, 5)
 

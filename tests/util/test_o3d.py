@@ -11,14 +11,14 @@ from rasp_core.util import o3d
 def test_open3d_prints_nothing_in_a_notebooks_kernel():
     """open3d looks for a shell of this name, and starts a server for its visualiser where it finds one."""
     code = "import builtins; builtins.get_ipython = lambda: type('ZMQInteractiveShell', (), {})()\n"
-    code += "from rasp_core import o3d; assert o3d.load().t.geometry.RaycastingScene"
+    code += "from rasp_core.util import o3d; assert o3d.load().t.geometry.RaycastingScene"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == ""
 
 
 def test_open3d_opens_no_channel_to_a_notebooks_page():
     code = "import comm; opened = []; comm.create_comm = make = lambda *a, **k: opened.append((a, k))\n"
-    code += "from rasp_core import o3d; o3d.load(); print(opened, comm.create_comm is make)"
+    code += "from rasp_core.util import o3d; o3d.load(); print(opened, comm.create_comm is make)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[] True"
 
