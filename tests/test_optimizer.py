@@ -11,7 +11,7 @@ from rasp_core.exact.certificate import certify
 from rasp_core.geometry import containers
 from rasp_core.kernels import dispatch
 from rasp_core.objective import LOSS_NAMES
-from rasp_core.optimizer import optimize
+from rasp_core.optimizer import init, optimize, optimize_many, run, step
 from rasp_core.poses import Poses
 from rasp_core.problem import Problem, Settings
 from rasp_core.util.errors import InputError
@@ -40,8 +40,9 @@ def test_obstacles_stay_and_the_others_are_pressed_off_them(two_balls, several):
     room = containers.box((20, 20, 20))
     start = Poses(torch.eye(3).repeat(2, 1, 1), torch.tensor([[0.0, 0, 0], [1.0, 0.2, 0.1]]))
     settings = replace(QUICK, iterations=100, silhouette_weight=0, overlap_weight=0, lambda_=1, contact_weight=1)
-    run = optimize(Problem(two_balls, room, obstacles=1), settings, [start, start] if several else start)
-    for found in run if several else [run]:
+    problem = Problem(two_balls, room, obstacles=1)
+    runs = optimize_many(problem, [start, start], settings) if several else [optimize(problem, settings, start)]
+    for found in runs:
         assert torch.equal(found.translation[1], start.translation[1].double())
         assert torch.equal(found.rotation[1], start.rotation[1].double())
         assert (found.translation[0] - found.translation[1]).norm() > 1.95
@@ -126,6 +127,22 @@ def test_starts_and_targets_that_do_not_fit_are_refused(problem):
         optimize(problem, QUICK, Poses(torch.eye(3).repeat(2, 1, 1), torch.zeros(2, 3)))
     with pytest.raises(InputError, match="64 x 64"):
         optimize(replace(problem, targets=np.zeros((3, 32, 32))), QUICK)
+    with pytest.raises(InputError, match="no start"):
+        optimize_many(problem, [], QUICK)
+
+
+def test_optimize_is_init_and_a_step_for_each_iteration(problem):
+    start = Poses.random(problem.bodies, BOX, QUICK.seed)
+    state = init(problem, QUICK, start, problem.scene())
+    steps = [step(state) for _ in range(3)]
+    assert [found.iteration for found in steps] == [0, 1, 2]
+    assert torch.allclose(steps[0].rotation, start.rotation, atol=1e-6)
+    assert not run(state)
+    assert state.iteration == QUICK.iterations
+    whole = optimize(problem, QUICK, start)
+    assert torch.equal(state.variables.poses()[1].detach().double(), whole.translation)
+    assert np.array_equal(torch.stack(state.history).numpy(), whole.history)
+    assert (whole.bodies, whole.container) == (problem.bodies, BOX)
 
 
 @pytest.mark.parametrize("name", dispatch.ENGINES)
@@ -135,7 +152,7 @@ def test_many_starts_at_once_are_each_as_alone(name):
     settings = replace(QUICK, iterations=12, contact_weight=1.0, lambda_=3.0)
     starts = [Poses.random(problem.bodies, problem.container, seed) for seed in range(3)]
     with dispatch.use(name):
-        together = optimize(problem, settings, starts)
+        together = optimize_many(problem, starts, settings)
         alone = [optimize(problem, settings, start) for start in starts]
     for one, other in zip(together, alone, strict=True):
         assert (one.translation - other.translation).abs().max() < 1e-5
@@ -149,16 +166,16 @@ def test_many_starts_go_on_from_a_checkpoint(tmp_path):
     problem, path = Problem(kitchen_like(2), BOX), tmp_path / "state.pt"
     settings = replace(QUICK, iterations=8)
     starts = [Poses.random(problem.bodies, problem.container, seed) for seed in range(2)]
-    whole = optimize(problem, settings, starts)
-    optimize(problem, settings, starts, checkpoint=path, callback=lambda step: step.iteration == 4)
-    resumed = optimize(problem, settings, starts, checkpoint=path)
+    whole = optimize_many(problem, starts, settings)
+    optimize_many(problem, starts, settings, checkpoint=path, callback=lambda step: step.iteration == 4)
+    resumed = optimize_many(problem, starts, settings, checkpoint=path)
     assert all(torch.equal(a.translation, b.translation) for a, b in zip(whole, resumed, strict=True))
     assert resumed[1].history.shape == (8, 5)
 
 
 def test_settings_from_the_callback_take_over(problem):
     settings = replace(QUICK, iterations=4, lambda_=1.0)
-    run = optimize(problem, settings, callback=lambda step: replace(settings, lambda_=0.0, resolution=7))
-    assert list(run.history[:, LOSS_NAMES.index("extrusion")] != 0) == [True, False, False, False]
-    assert run.images.shape[-1] == settings.resolution
-    assert not run.interrupted
+    found = optimize(problem, settings, callback=lambda _: replace(settings, lambda_=0.0, resolution=7))
+    assert list(found.history[:, LOSS_NAMES.index("extrusion")] != 0) == [True, False, False, False]
+    assert found.images.shape[-1] == settings.resolution
+    assert not found.interrupted

@@ -16,7 +16,7 @@ from ..exact.visual_hull import visual_hull
 from ..geometry.cameras import Camera
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
-from ..optimizer import optimize
+from ..optimizer import optimize_many
 from ..poses import Poses, file_to_world
 from ..problem import Problem, Settings
 from ..scene import Scene
@@ -95,7 +95,7 @@ def assemble_by_silhouettes(
     scene = problem.scene()
     ways = [_start(places) for places in candidates(bodies, hull, seed, progress)]
     ways.sort(key=lambda start: -_alike(scene, start, images).mean())
-    drawn = optimize(problem, replace(DRAWING, resolution=images.shape[-1], seed=seed), ways[:DRAWN], scene=scene)
+    drawn = optimize_many(problem, ways[:DRAWN], replace(DRAWING, resolution=images.shape[-1], seed=seed), scene=scene)
     best = min(drawn, key=lambda arrangement: arrangement.history[-1, 0]).poses
     placed = [Place(*pose, 0.0) for pose in zip(best.rotation.numpy(), best.translation.numpy(), strict=True)]
     placed = draw_together(bodies, hull, placed)
