@@ -25,7 +25,7 @@ RASP = sys.executable, "-m", "rasp_core"
 SETTINGS = ("--container", "box:0.2,0.2,0.2", "--iterations", "60", "--resolution", "64", "--device", "cpu")
 NOTEBOOK = """
 from matplotlib.figure import Figure
-from rasp_core import figures
+from rasp_core.reproduce import figures
 figures.save("01_test", Figure(), {"answer": 42, "made": [0] * 10**6}, out)
 """
 
@@ -79,7 +79,7 @@ def draw(folder: Path, out: Path) -> tuple[str, ...]:
     return (
         sys.executable,
         "-c",
-        f"from pathlib import Path; from rasp_core import figures as f; f.run(root=Path({str(out)!r}))",
+        f"from pathlib import Path; from rasp_core.reproduce import figures as f; f.run(root=Path({str(out)!r}))",
     )
 
 

@@ -11,7 +11,7 @@ from rasp_core.exact.certificate import certify
 from rasp_core.geometry import containers
 from rasp_core.kernels import dispatch
 from rasp_core.objective import LOSS_NAMES
-from rasp_core.optimizer import optimize, optimize_many
+from rasp_core.optimizer import init, optimize, optimize_many, run, step
 from rasp_core.poses import Poses
 from rasp_core.problem import Problem, Settings
 from rasp_core.util.errors import InputError
@@ -127,11 +127,22 @@ def test_starts_and_targets_that_do_not_fit_are_refused(problem):
         optimize(problem, QUICK, Poses(torch.eye(3).repeat(2, 1, 1), torch.zeros(2, 3)))
     with pytest.raises(InputError, match="64 x 64"):
         optimize(replace(problem, targets=np.zeros((3, 32, 32))), QUICK)
-
-
-def test_no_start_at_all_is_refused(problem):
     with pytest.raises(InputError, match="no start"):
-        optimize_many(problem, [])
+        optimize_many(problem, [], QUICK)
+
+
+def test_optimize_is_init_and_a_step_for_each_iteration(problem):
+    start = Poses.random(problem.bodies, BOX, QUICK.seed)
+    state = init(problem, QUICK, start, problem.scene())
+    steps = [step(state) for _ in range(3)]
+    assert [found.iteration for found in steps] == [0, 1, 2]
+    assert torch.allclose(steps[0].rotation, start.rotation, atol=1e-6)
+    assert not run(state)
+    assert state.iteration == QUICK.iterations
+    whole = optimize(problem, QUICK, start)
+    assert torch.equal(state.variables.poses()[1].detach().double(), whole.translation)
+    assert np.array_equal(torch.stack(state.history).numpy(), whole.history)
+    assert (whole.bodies, whole.container) == (problem.bodies, BOX)
 
 
 @pytest.mark.parametrize("name", dispatch.ENGINES)
@@ -164,7 +175,7 @@ def test_many_starts_go_on_from_a_checkpoint(tmp_path):
 
 def test_settings_from_the_callback_take_over(problem):
     settings = replace(QUICK, iterations=4, lambda_=1.0)
-    run = optimize(problem, settings, callback=lambda step: replace(settings, lambda_=0.0, resolution=7))
-    assert list(run.history[:, LOSS_NAMES.index("extrusion")] != 0) == [True, False, False, False]
-    assert run.images.shape[-1] == settings.resolution
-    assert not run.interrupted
+    found = optimize(problem, settings, callback=lambda _: replace(settings, lambda_=0.0, resolution=7))
+    assert list(found.history[:, LOSS_NAMES.index("extrusion")] != 0) == [True, False, False, False]
+    assert found.images.shape[-1] == settings.resolution
+    assert not found.interrupted

@@ -20,11 +20,12 @@ from pathlib import Path
 began = time.perf_counter()
 sys.path.insert(0, sys.argv[1])
 from conftest import case
-from rasp_core import arrange, certify
+from rasp_core.exact.certificate import certify
+from rasp_core.optimizer import optimize
 from rasp_core.problem import Settings
 problem, scene, start = case(int(sys.argv[2]))
-found = arrange.arrange(problem, Settings(iterations=int(sys.argv[3])), start, scene=scene)
-certify.certify(problem.bodies, found.matrices, problem.container)
+found = optimize(problem, Settings(iterations=int(sys.argv[3])), start, scene=scene)
+certify(problem.bodies, found.matrices, problem.container)
 # getrusage would say the parent's peak where that is larger
 status = Path("/proc/self/status")
 peak = int(status.read_text().split("VmHWM:")[1].split()[0]) / 2**20 if status.exists() else None

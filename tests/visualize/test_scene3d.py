@@ -139,7 +139,7 @@ def test_a_lamp_stands_before_each_shadow():
 def test_triton_is_loaded_before_mesa():
     """The other way round their two LLVMs crash the process, with torch's wheels for CUDA and Debian's Mesa."""
     code = (
-        "import sys; from rasp_core import show; show._load_pyvista(); names = list(sys.modules); "
+        "import sys; from rasp_core.visualize import scene3d; scene3d._load_pyvista(); names = list(sys.modules); "
         "print(names.index('torch._dynamo') < min(names.index(name) for name in names if name.startswith('vtk')))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
