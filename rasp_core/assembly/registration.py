@@ -137,12 +137,19 @@ class Docking:
 
     def draw_in(self, part: Part, places: Sequence[Place]) -> list[Place]:
         """Near each place the one where most of the part's surface lies on the room's boundary, with its score."""
+        from ..kernels import point_to_plane
+
         rotation, centre = _poses(places)
         fine = self.finest if part.body.radius < self.small else self.fine
         damping = np.diag([1e-4 * part.body.radius**2] * 3 + [1e-4] * 3)
         for step in range(STEPS):
             near = fine * (NEAR * (1 - step / STEPS) + CLOSE / 2)
-            (rows, _), square, slope = self._look(part, rotation, centre, near, ALIKE, draws=True)
+            square, slope, rows = point_to_plane.normal_equations(
+                **self._surfaces(part),
+                rotation=rotation,
+                translation=centre,
+                contact=point_to_plane.Contact(distance=near, cosine=ALIKE),
+            )
             square += damping * (1 + rows)[:, None, None]
             turn = -np.linalg.solve(square, slope[:, :, None])[:, :, 0]
             turn[:, :3] *= np.minimum(1, 0.15 / np.maximum(np.linalg.norm(turn[:, :3], axis=1), 1e-12))[:, None]
@@ -161,20 +168,27 @@ class Docking:
 
     def _scores(self, part: Part, rotation, centre, count: int = POINTS, loose: float = 1.0) -> np.ndarray:
         """By the first `count` of the part's points; loose : what counts as close, times CLOSE."""
-        (lies, leaves), _, _ = self._look(part, rotation, centre, loose * CLOSE * self.fine, 0.75, False, count)
-        return lies - OUTSIDE * leaves
+        from ..kernels import point_to_plane
 
-    def _look(self, part: Part, rotation, centre, near: float, alike: float, draws: bool, count: int = POINTS):
-        """What `kernels_docking.look` finds of B poses: shares as two rows `(B,)`, square and slope."""
-        from ..kernels.point_to_plane import look
+        covered, outside = point_to_plane.coverage(
+            **self._surfaces(part, count),
+            rotation=rotation,
+            translation=centre,
+            contact=point_to_plane.Contact(distance=loose * CLOSE * self.fine, cosine=0.75),
+        )
+        return covered - OUTSIDE * outside
 
-        shares, square, slope = (np.zeros((len(rotation), *shape)) for shape in ((2,), (6, 6), (6,)))
-        surface = part.points[:count], part.normals[:count]
-        placed = *self._solids, *_poses([place for _, place in self.placed])
-        skip = next((k for k, (other, _) in enumerate(self.placed) if other is part), -1)
-        found = shares, square, slope
-        look(*surface, rotation, centre, self.wall, self.attracts, placed, skip, near, alike, draws, *found)
-        return shares.T, square, slope
+    def _surfaces(self, part: Part, count: int = POINTS) -> dict:
+        """What the compiled loops are given of the part and of what it meets."""
+        from ..kernels.point_to_plane import Placed, Surface, Whole
+
+        rotation, centre = _poses([place for _, place in self.placed])
+        return {
+            "part": Surface(part.points[:count], part.normals[:count]),
+            "whole": Whole(self.wall, self.attracts),
+            "placed": Placed(*self._solids, rotation, centre),
+            "skip": next((k for k, (other, _) in enumerate(self.placed) if other is part), -1),
+        }
 
     def _note_placed(self) -> None:
         """Keep the placed parts' grids, boxes and radii as arrays."""

@@ -1,4 +1,4 @@
-"""The compiled look at a part's surface against plain loops over `Container` and `GridStack`."""
+"""The compiled loops over a part's surface against plain loops over `Container` and `GridStack`."""
 
 import numpy as np
 import pytest
@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 from data_fetch import fracture, vessels
 from rasp_core.assembly.registration import Docking, Part, Place
 from rasp_core.geometry.containers import Container, box
+from rasp_core.kernels.point_to_plane import Contact, coverage, normal_equations
 
 
 def slow(docking, part, place, near, alike):
@@ -54,8 +55,9 @@ def test_many_poses_at_once(shape, attracts):
         turns = Rotation.from_rotvec(random.normal(size=(3, 3)) * 0.05).as_matrix()
         centres = part.body.centre + random.normal(size=(3, 3)) * 0.003
         for near in (0.002, 0.008):
-            (lies, leaves), _, _ = docking._look(part, turns, centres, near, 0.6, draws=False)
-            (rows, _), square, slope = docking._look(part, turns, centres, near, 0.6, draws=True)
+            arguments = {**docking._surfaces(part), "rotation": turns, "translation": centres}
+            lies, leaves = coverage(**arguments, contact=Contact(distance=near, cosine=0.6))
+            square, slope, rows = normal_equations(**arguments, contact=Contact(distance=near, cosine=0.6))
             for k in range(3):
                 wanted = slow(docking, part, Place(turns[k], centres[k], 0.0), near, 0.6)
                 assert lies[k] == pytest.approx(wanted[0], abs=2e-3)
