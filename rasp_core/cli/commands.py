@@ -102,7 +102,7 @@ def assemble(options: argparse.Namespace) -> int:
         images, parts = images.read_silhouettes(options.silhouettes), meshes.load_bodies(options.parts)
         found = assemble.assemble_by_silhouettes(parts, images, cameras, options.seed, progress=True)
     settings = Settings(seed=options.seed)
-    drawn = result.finish(parts, list(range(len(parts))), found.start, found.whole, settings)
+    drawn = result.finish(parts, list(range(len(parts))), found.poses, found.container, settings)
     facts = {
         "command": "assemble",
         "scores": {body.name: float(score) for body, score in zip(parts, found.scores, strict=True)},
