@@ -161,23 +161,31 @@ def art(options: argparse.Namespace) -> int:
     pool, holds = meshes.load_bodies(options.objects), True
     for place, targets in wanted.items():
         began = time.monotonic()
-        limits = options.count, options.width, options.seed, device, options.time_limit
-        to_paint = colours if options.paint else None
-        made = anamorphic.sculpt(pool, targets, cameras, *limits, progress=True, colours=to_paint)
-        for line in anamorphic.disagreements(made.pictures, made.hull, cameras):
+        made = anamorphic.sculpt(
+            pool,
+            targets,
+            cameras,
+            colours=colours if options.paint else None,
+            count=options.count,
+            width=options.width,
+            seed=options.seed,
+            device=device,
+            time_limit=options.time_limit,
+            progress=True,
+        )
+        for line in made.warnings:
             print(f"rasp: {line}", file=sys.stderr)
         facts = {"command": "art", **made.to_dict(), "device": str(device), "seconds": time.monotonic() - began}
         images = {f"target_{k + 1}.png": np.where(t, 0, 255).astype(np.uint8) for k, t in enumerate(targets)}
         if options.paint:
-            bodies, run = made.arrangement.problem.bodies, made.arrangement
-            painted = texturing.Canvas(bodies, run.matrices, run.cameras, options.resolution).paint(colours)
-            noise, alike = texturing.measure(painted, colours)
+            painted = texturing.paint(made, colours)
+            noise, alike = painted.psnr, painted.ssim
             facts |= {"psnr": noise.tolist(), "ssim": alike.tolist()}
             images["painted.png"] = (255 * np.concatenate(painted.images, 1)).astype(np.uint8)
             print(f"rasp: painted, PSNR {noise.min():.1f} dB, SSIM {alike.min():.2f} at least", file=sys.stderr)
         if options.pictures:
             images["installation.png"] = scene3d.installation(made.arrangement)
-        run_folder.save_run(place, made.shown, made.certificate, facts, images=images, painted=painted)
+        run_folder.save_run(place, made.arrangement, made.certificate, facts, images=images, painted=painted)
         if options.pictures:
             with whole(place / "turntable.gif") as part:
                 scene3d.save_turntable(part, made.arrangement, painted)
