@@ -106,7 +106,7 @@ def assemble(
         images = silhouettes if isinstance(silhouettes, np.ndarray) else read_silhouettes(silhouettes)
         bodies = as_bodies(parts)
         found = assemble_by_silhouettes(bodies, images, cameras, seed, progress=progress)
-    drawn = finish(bodies, list(range(len(bodies))), found.start, found.whole, Settings(seed=seed))
+    drawn = finish(bodies, list(range(len(bodies))), found.poses, found.container, Settings(seed=seed))
     return AssemblyResult(
         arrangement=drawn.arrangement,
         certificate=drawn.certificate,

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..art import anamorphic, glyphs, texturing
-from ..art.anamorphic import Art
-from ..geometry.cameras import Camera
+from ..art import anamorphic, texturing
+from ..art.sculpture import Sculpture
+from ..art.targets import from_files, from_text
+from ..art.views import cameras_for
 from ..geometry.meshes import Body
-from ..io.images import read_targets
 from ..scene import resolve_device
 from ..util.errors import InputError
 from .inputs import as_bodies
@@ -24,25 +24,20 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from PIL.Image import Image
 
-AZIMUTHS_DEG = {2: [0.0, 90.0], 3: [0.0, 120.0, 240.0], 4: [0.0, 45.0, 90.0, 135.0]}  # of the views, by their number
-LEAST_RESOLUTION = 32  # pixels
-
 
 @dataclass(frozen=True, repr=False)
 class SculptureResult(Result):
     """One heap. art : its pictures, their visual hull, how the search went. painted : its colours, None if it has
-    none; psnr, ssim `(K,)`: how like the pictures it then is."""
+    none."""
 
-    art: Art
+    art: Sculpture
     device: str
     painted: texturing.Painted | None = None
-    psnr: np.ndarray | None = None
-    ssim: np.ndarray | None = None
 
     @property
-    def notes(self) -> list[str]:
+    def warnings(self) -> list[str]:
         """In words, where the pictures contradict each other."""
-        return anamorphic.disagreements(self.art.pictures, self.art.hull, self.arrangement.cameras)
+        return self.art.warnings
 
     def headline(self) -> str:
         """What it is, in one line."""
@@ -59,15 +54,19 @@ class SculptureResult(Result):
             self.arrangement.cameras, self.art.likeness, self.art.ceiling, strict=True
         ):
             rows[f"likeness {camera.direction}"] = f"{likeness:.1%} (ceiling {ceiling:.1%})"
-        if self.psnr is not None:
-            rows["painted"] = f"PSNR {self.psnr.min():.1f} dB, SSIM {self.ssim.min():.2f} at least"
+        if self.painted is not None:
+            rows["painted"] = self.paint_fit()
         return rows
+
+    def paint_fit(self) -> str:
+        """How like the pictures the painted heap is, in its worst view."""
+        return f"PSNR {self.painted.psnr.min():.1f} dB, SSIM {self.painted.ssim.min():.2f} at least"
 
     def record(self) -> dict:
         """Further entries of result.json."""
         facts = {"command": "art", **self.art.to_dict(), "device": self.device, "seconds": self.seconds}
         if self.painted is not None:
-            facts |= {"psnr": self.psnr.tolist(), "ssim": self.ssim.tolist()}
+            facts |= {"psnr": self.painted.psnr.tolist(), "ssim": self.painted.ssim.tolist()}
         return facts
 
     def show(self, size: tuple[int, int] = (800, 700), **look) -> Image:
@@ -91,8 +90,7 @@ class SculptureResult(Result):
         if pictures:
             images["installation.png"] = self.installation()
         record = self.record() | dict(facts or {})
-        shown = self.art.shown
-        place = save_run(folder, shown, self.certificate, record, images=images, painted=self.painted)
+        place = save_run(folder, self.arrangement, self.certificate, record, images=images, painted=self.painted)
         if pictures:
             self._save_moving(place)
         return place
@@ -217,50 +215,30 @@ def each_heap(
     progress,
 ) -> Iterator[SculptureResult]:
     """The heaps of `sculpt`, each as soon as it is made."""
-    for name, value, least in (("--resolution", resolution, LEAST_RESOLUTION), ("--count", count, 1)):
-        if value is not None and value < least:
-            raise InputError(f"{name} must be at least {least}, got {value}")
     if (targets is None) == (text is None):
         raise InputError("a sculpture needs pictures (targets) or words (text); give one of them")
     if text is not None and paint:
         raise InputError("letters have no colours; --paint needs pictures, --targets")
-    cameras = _cameras(len(targets or text), azimuths_deg, elevations_deg, width, projection)
-    chosen, colours = resolve_device(device), None
+    cameras = cameras_for(len(targets or text), azimuths_deg, elevations_deg, width=width or 1.0, projection=projection)
     if targets is not None:
-        pictures, colours = read_targets(targets, resolution)
-        wanted = [pictures]
+        wanted = [from_files(targets, resolution)]
     else:
-        wanted = glyphs.letters(text, resolution, square=any(camera.elevation_deg for camera in cameras))
-    pool = as_bodies(parts)
-    for pictures in wanted:
+        wanted = from_text(text, resolution, square=any(camera.elevation_deg for camera in cameras))
+    pool, chosen = as_bodies(parts), resolve_device(device)
+    for target in wanted:
         began = time.monotonic()
         made = anamorphic.sculpt(
             pool,
-            pictures,
+            target.pictures,
             cameras,
+            colours=target.colours if paint else None,
             count=count,
             width=width,
             seed=seed,
             device=chosen,
             time_limit=time_limit,
             progress=progress,
-            colours=colours if paint else None,
         )
-        painted = psnr = ssim = None
-        if paint:
-            run = made.arrangement
-            painted = texturing.Canvas(run.problem.bodies, run.matrices, run.cameras, resolution).paint(colours)
-            psnr, ssim = texturing.measure(painted, colours)
+        painted = texturing.paint(made, target.colours) if paint else None
         seconds = time.monotonic() - began
-        yield SculptureResult(made.arrangement, made.certificate, seconds, made, str(chosen), painted, psnr, ssim)
-
-
-def _cameras(count, azimuths_deg, elevations_deg, width: float | None, projection: str) -> list[Camera]:
-    azimuths = list(azimuths_deg or AZIMUTHS_DEG.get(count, [0.0] * count))
-    elevations = list(elevations_deg or [0.0] * len(azimuths))
-    if not count == len(azimuths) == len(elevations):
-        raise InputError(
-            f"each of {count} pictures needs an azimuth and an elevation, got {len(azimuths)}, {len(elevations)}"
-        )
-    angles = zip(azimuths, elevations, strict=True)
-    return [Camera(*pair, width or 1.0, projection=projection) for pair in angles]
+        yield SculptureResult(made.arrangement, made.certificate, seconds, made, str(chosen), painted)

@@ -1,52 +1,69 @@
-"""Objects put where they hide from one view what another view shows too, so that no two pictures claim one surface.
+"""Objects added where they hide from one view what another view shows too, so that no two pictures claim one surface.
 
 What two views see has one colour, and two pictures to match: they dispute it. An object before such a surface ends the
-dispute, if it is itself seen by one view alone. Greedy as `covering`, with the difference of the pictures' colours for
-what is open, and what views see found by rays.
+dispute, if it is itself seen by one view alone. Greedy as `greedy_cover`, with the difference of the pictures' colours
+for what is open, and what views see found by rays.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 from ..util import o3d
 from .greedy_cover import Covering
 
-DRAWN = 2000  # places looked at for each object that is put
-ATTEMPTS = 8  # drawings before it is taken that nothing can be put
-LEAST = 2e-5  # of a picture's dark pixels: the dispute that an object must end, in pixels of difference 1
-GAP, SPILL = 0.1, -0.3  # what a pixel that becomes dark is worth, where that is wanted and where it is not
-REACH = 4.0  # mean radii: how far before a surface objects are tried
-SPREAD = 0.4  # mean radii: the scatter of their places
-SKIN = 1e-3  # of the width: how far before a surface it is asked whether another view sees it
+
+@dataclass(frozen=True)
+class OccluderSettings:
+    """candidates : places looked at for each object that is added. attempts : drawings of candidates before the search
+    ends. least_gain_of_dark : the dispute that an object must end, in pixels of difference 1, as a fraction of a
+    picture's dark pixels. wanted_worth, spilled_worth : of a pixel that becomes dark, if it should be and if not.
+    reach_radii : how far before a surface candidates are drawn, and spread_radii, how far they scatter, in mean radii
+    of the objects. skin_widths : how far before a surface it is asked if another view sees it, in widths of the volume.
+    """
+
+    candidates: int = 2000
+    attempts: int = 8
+    least_gain_of_dark: float = 2e-5
+    wanted_worth: float = 0.1
+    spilled_worth: float = -0.3
+    reach_radii: float = 4.0
+    spread_radii: float = 0.4
+    skin_widths: float = 1e-3
 
 
-def veil(covering: Covering, colours: np.ndarray, count: int, ends: Callable[[], bool] = lambda: False) -> float:
-    """Put up to `count` objects more, while one ends some dispute; returns what is left of it, the mean square
-    difference of each pixel of the worst view from its picture, where disputed surfaces get the mean colour.
+SETTINGS = OccluderSettings()
+
+
+def add_occluders(covering: Covering, colours: np.ndarray, count: int) -> float:
+    """Add up to `count` objects, while one ends some dispute; returns what is left of it, the mean square difference of
+    each pixel of the worst view from its picture if disputed surfaces get the mean colour.
 
     colours `(K, H, H, 3)` in [0, 1] of the pictures, with the covering's pixels.
     """
     shared = _shared(covering) * _difference(colours, covering.wanted)
-    least, sights = LEAST * covering.wanted.sum((1, 2)).mean(), _Sights(covering, colours)
+    least_gain = SETTINGS.least_gain_of_dark * covering.wanted.sum((1, 2)).mean()
+    visible = _Visible(covering, colours)
     for _ in range(count):
-        if ends() or not any(_put(covering, sights, shared, least) for _ in range(ATTEMPTS)):
+        if not any(_add(covering, visible, shared, least_gain) for _ in range(SETTINGS.attempts)):
             break
-        sights = _Sights(covering, colours)
-    return sights.left
+        visible = _Visible(covering, colours)
+    return visible.left
 
 
-class _Sights:
+class _Visible:
     """What the views see: depth `(K, H, H)` along the middle ray, inf where nothing; points `(K, H, H, 3)`; dispute
     `(K, H, H)`, a quarter of the square difference to the other pictures where their views see the same."""
 
     def __init__(self, covering: Covering, colours: np.ndarray):
         open3d = o3d.load()
         bodies = [covering.pool[index] for index in covering.chosen]
-        poses = zip(bodies, covering.rotation, covering.place, strict=True)
-        caster = o3d.caster((b.solid_vertices @ turn.T + place, b.solid_faces) for b, turn, place in poses)
+        poses = zip(bodies, covering.rotation, covering.translation, strict=True)
+        caster = o3d.caster(
+            (b.solid_vertices @ rotation.T + translation, b.solid_faces) for b, rotation, translation in poses
+        )
         size, cameras = covering.size, covering.cameras
         self.depth, self.points = np.full((len(cameras), size, size), np.inf), np.zeros((len(cameras), size, size, 3))
         for k, camera in enumerate(cameras):
@@ -66,28 +83,32 @@ class _Sights:
                     back = camera.eye[:3] - camera.eye[3] * points
                     rays = np.concatenate([points, back / np.linalg.norm(back, axis=1, keepdims=True)], 1)
                     lines = open3d.core.Tensor(rays.astype(np.float32))
-                    free = ~caster.test_occlusions(lines, tnear=SKIN * camera.width).numpy()
+                    free = ~caster.test_occlusions(lines, tnear=SETTINGS.skin_widths * camera.width).numpy()
                     gap = ((colours[k][seen] - colours[other, row, column]) ** 2).mean(-1)
                     self.dispute[k][seen] += np.where(free, gap / 4, 0)
         self.left = float((self.dispute.sum((1, 2)) / np.isfinite(self.depth).sum((1, 2)).clip(1)).max())
 
 
-def _put(covering: Covering, sights: _Sights, shared: np.ndarray, least: float) -> bool:
-    weight, random = sights.dispute.ravel(), covering.random
+def _add(covering: Covering, visible: _Visible, shared: np.ndarray, least_gain: float) -> bool:
+    from ..kernels.greedy_cover import Occlusion
+
+    weight, random, count = visible.dispute.ravel(), covering.random, SETTINGS.candidates
     if not weight.any():
         return False
     radius = float(np.mean([body.radius for body in covering.pool]))
-    drawn = np.searchsorted(weight.cumsum(), random.random(DRAWN) * weight.sum(), side="right")
-    toward = np.stack([c.axes[2] for c in covering.cameras])[random.integers(len(covering.cameras), size=DRAWN)]
-    places = sights.points.reshape(-1, 3)[drawn] - REACH * radius * random.random((DRAWN, 1)) * toward
-    places += SPREAD * radius * random.normal(size=places.shape)
-    worth = np.where(covering.dark, 0.0, np.where(covering.wanted, GAP, SPILL))
+    drawn = np.searchsorted(weight.cumsum(), random.random(count) * weight.sum(), side="right")
+    toward = np.stack([c.axes[2] for c in covering.cameras])[random.integers(len(covering.cameras), size=count)]
+    candidates = visible.points.reshape(-1, 3)[drawn]
+    candidates -= SETTINGS.reach_radii * radius * random.random((count, 1)) * toward
+    candidates += SETTINGS.spread_radii * radius * random.normal(size=candidates.shape)
+    worth = np.where(covering.wanted, SETTINGS.wanted_worth, SETTINGS.spilled_worth)
     # what one view no longer sees is no longer disputed in the other either
-    return covering.put(places, worth, least, (2 * sights.dispute, sights.depth, shared))
+    occlusion = Occlusion(hidden=2 * visible.dispute, depth=visible.depth, shared=shared)
+    return covering.add_best(candidates, np.where(covering.dark, 0.0, worth), least_gain, occlusion)
 
 
 def _shared(covering: Covering) -> np.ndarray:
-    """`(L, K, K)`: for each profile and two views that see all of it, a b / (a + b) summed over the faces that both
+    """`(L, K, K)`: for each silhouette and two views that see all of it, a b / (a + b) summed over the faces that both
     see, a and b their areas as seen: the least squares left by one colour for two pictures of difference 1."""
     forward = np.stack([camera.axes[2] for camera in covering.cameras])
     found = []

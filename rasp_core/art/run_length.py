@@ -23,13 +23,13 @@ class Profiles:
     """L = bodies x turns silhouettes before K views; those of body b begin at `b * turns`.
 
     runs `(L, K, ROWS, RUNS, 2)` int8: first column and the one after the last, of an image whose edge is the diameter
-    of the body's sphere about its centre; 0, 0 where there is none. rotation `(L, 3, 3)`. reach `(L, 3)`: half of the
+    of the body's sphere about its centre; 0, 0 where there is none. rotation `(L, 3, 3)`. half_extents `(L, 3)` of the
     turned body's box, metres. radius `(L,)` metres.
     """
 
     runs: np.ndarray
     rotation: np.ndarray
-    reach: np.ndarray
+    half_extents: np.ndarray
     radius: np.ndarray
     turns: int
 
@@ -37,15 +37,21 @@ class Profiles:
     def of(cls, bodies: Sequence[Body], cameras: Sequence[Camera], turns: int, seed: int) -> Profiles:
         """Every body in `turns` random turns, seen along each view's middle ray."""
         generator = torch.Generator().manual_seed(seed)
-        runs, rotations, reach = [], [], []
+        runs, rotations, half_extents = [], [], []
         for body in bodies:
             rotation = poses.quaternion_to_rotation(poses.random_quaternions(turns, generator, torch.float64)).numpy()
             runs.append(_runs(_masks(body, rotation, cameras)))
             rotations.append(rotation)
             corners = body.solid_vertices @ rotation.transpose(0, 2, 1)
-            reach.append(np.abs(corners).max(1))
+            half_extents.append(np.abs(corners).max(1))
         radius = np.repeat([body.radius for body in bodies], turns)
-        return cls(np.concatenate(runs), np.concatenate(rotations), np.concatenate(reach), radius, turns)
+        return cls(
+            runs=np.concatenate(runs),
+            rotation=np.concatenate(rotations),
+            half_extents=np.concatenate(half_extents),
+            radius=radius,
+            turns=turns,
+        )
 
 
 def _masks(body: Body, rotation: np.ndarray, cameras: Sequence[Camera]) -> np.ndarray:

@@ -10,6 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import sparse
@@ -22,13 +24,28 @@ from ..util import o3d
 from ..util.errors import InputError
 from .texture_atlas import Atlas
 
-FINE = 1.6  # pixels between texels
-RAYS = 2  # along a pixel's edge; with one, colours alternate between what two views chance to hit
-COARSEST = 40  # steps along a triangle's edge, at most
-SMOOTH = 3e-2  # weight of a difference of neighbours against a pixel's
-SEAM = 2  # neighbours across the triangles' edges that a texel there is tied to
-TOLERANCE, ITERATIONS = 1e-3, 300  # of the conjugate gradients
-GREY = 0.5  # to begin with
+if TYPE_CHECKING:
+    from .sculpture import Sculpture
+
+
+@dataclass(frozen=True)
+class PaintSettings:
+    """texel_px : pixels between texels. rays : along a pixel's edge; with one, colours alternate between what two views
+    chance to hit. largest_steps : texels along a triangle's edge. smoothness : weight of a difference of neighbouring
+    texels against a pixel's. seam_neighbours : across the triangles' edges, that a texel there is tied to. tolerance,
+    iterations : of the conjugate gradients, which begin at `grey`."""
+
+    texel_px: float = 1.6
+    rays: int = 2
+    largest_steps: int = 40
+    smoothness: float = 3e-2
+    seam_neighbours: int = 2
+    tolerance: float = 1e-3
+    iterations: int = 300
+    grey: float = 0.5
+
+
+SETTINGS = PaintSettings()
 
 
 @dataclass(frozen=True)
@@ -37,7 +54,7 @@ class Painted:
 
     corners `(F, 3, 3)`: of the bodies' triangles, body by body, in their files' frames; first `(N + 1,)`: each body's.
     atlas, colours `(T, 3)` in [0, 1]: their texture. images `(K, H, H, 3)`: what the views see, else white; seen
-    `(K, H, H)` bool: where something.
+    `(K, H, H)` bool: where something. pictures `(K, H, H, 3)`: what was asked for.
     """
 
     corners: np.ndarray
@@ -46,6 +63,33 @@ class Painted:
     colours: np.ndarray
     images: np.ndarray
     seen: np.ndarray
+    pictures: np.ndarray
+
+    @cached_property
+    def psnr(self) -> np.ndarray:
+        """`(K,)` peak signal to noise ratio in decibels of each view, inside the heap's silhouette."""
+        errors = zip(self.images - self.pictures, self.seen, strict=True)
+        return np.array([-10 * np.log10(max((error[seen] ** 2).mean(), 1e-12)) for error, seen in errors])
+
+    @cached_property
+    def ssim(self) -> np.ndarray:
+        """`(K,)` structural similarity (Wang et al. 2004) of each view, inside the heap's silhouette."""
+        from skimage.metrics import structural_similarity
+
+        alike = []
+        for image, picture, seen in zip(self.images, self.pictures, self.seen, strict=True):
+            full = structural_similarity(image, picture, channel_axis=2, data_range=1.0, full=True)[1]
+            alike.append(full.mean(2)[seen].mean())
+        return np.array(alike)
+
+
+def paint(sculpture: Sculpture, colours: np.ndarray) -> Painted:
+    """Colours for a sculpture, by least squares; `colours` `(K, H, H, 3)` in [0, 1] of its pictures, of any resolution.
+
+    Raises InputError for another shape.
+    """
+    size = np.shape(colours)[1] if np.ndim(colours) == 4 else sculpture.pictures.shape[-1]
+    return Canvas(sculpture.bodies, sculpture.matrices, sculpture.cameras, size).paint(colours)
 
 
 class Canvas:
@@ -59,14 +103,18 @@ class Canvas:
         self.world, self.cameras, self.size = np.concatenate(placed), list(cameras), size
         faces = np.arange(3 * len(self.world)).reshape(-1, 3)
         self._caster = o3d.caster([(self.world.reshape(-1, 3), faces)])
-        self.pixel, face, uv = self._look(RAYS)
+        self.pixel, face, uv = self._cast(SETTINGS.rays)
         longest = np.linalg.norm(self.world - np.roll(self.world, 1, axis=1), axis=2).max(1)
         steps = np.ones(len(self.world), int)
-        steps[face] = np.ceil(longest[face] * size / cameras[0].width / FINE).clip(1, COARSEST).astype(int)
+        steps[face] = (
+            np.ceil(longest[face] * size / cameras[0].width / SETTINGS.texel_px)
+            .clip(1, SETTINGS.largest_steps)
+            .astype(int)
+        )
         self.atlas = Atlas.of(steps)
-        self.sight = self._weights(face, uv)
+        self.seen_texels = self._weights(face, uv)
 
-    def _look(self, rays: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _cast(self, rays: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Of `rays` x `rays` rays for each pixel, those that hit: the pixel, flat into `(K, H, H)`, the triangle, and
         where on it `(P, 2)`."""
         open3d, found = o3d.load(), []
@@ -88,67 +136,66 @@ class Canvas:
 
     def paint(self, pictures: np.ndarray) -> Painted:
         """The colours of least squares for `pictures` `(K, H, H, 3)` in [0, 1]. Raises InputError for other shapes."""
-        wanted, ties = self._wanted(pictures), self._ties()
-        normal = (self.sight.T @ self.sight + SMOOTH * (ties.T @ ties)).tocsr()
+        pictures = self._checked(pictures)
+        wanted, ties = pictures.reshape(-1, 3)[self.pixel], self._ties()
+        normal = (self.seen_texels.T @ self.seen_texels + SETTINGS.smoothness * (ties.T @ ties)).tocsr()
         diagonal = sparse.diags(1 / np.maximum(normal.diagonal(), 1e-12))
-        begin = np.full(normal.shape[0], GREY)
-        solve = {"x0": begin, "rtol": TOLERANCE, "maxiter": ITERATIONS, "M": diagonal}
-        colours = np.stack([cg(normal, self.sight.T @ wanted[:, c], **solve)[0] for c in range(3)], 1)
-        return self._painted(np.clip(colours, 0, 1))
+        begin = np.full(normal.shape[0], SETTINGS.grey)
+        solve = {"x0": begin, "rtol": SETTINGS.tolerance, "maxiter": SETTINGS.iterations, "M": diagonal}
+        colours = np.stack([cg(normal, self.seen_texels.T @ wanted[:, c], **solve)[0] for c in range(3)], 1)
+        return self._painted(np.clip(colours, 0, 1), pictures)
 
     def project(self, pictures: np.ndarray) -> Painted:
         """The naive way: one picture after the other thrown onto what its view sees, the last on top."""
-        wanted, colours = self._wanted(pictures), np.full((self.sight.shape[1], 3), GREY)
+        pictures = self._checked(pictures)
+        wanted, colours = pictures.reshape(-1, 3)[self.pixel], np.full((self.seen_texels.shape[1], 3), SETTINGS.grey)
         for k in range(len(self.cameras)):
             rows = np.flatnonzero(self.pixel // self.size**2 == k)
-            sight = self.sight[rows]
-            total = np.asarray(sight.sum(0)).ravel()
+            texels = self.seen_texels[rows]
+            total = np.asarray(texels.sum(0)).ravel()
             hit = total > 1e-6
-            colours[hit] = (sight.T @ wanted[rows])[hit] / total[hit, None]
-        return self._painted(colours)
+            colours[hit] = (texels.T @ wanted[rows])[hit] / total[hit, None]
+        return self._painted(colours, pictures)
 
-    def _wanted(self, pictures: np.ndarray) -> np.ndarray:
+    def _checked(self, pictures: np.ndarray) -> np.ndarray:
         pictures, shape = np.asarray(pictures, float), (len(self.cameras), self.size, self.size, 3)
         if pictures.shape != shape:
             raise InputError(f"a picture for each view is needed, {shape}, got {pictures.shape}")
-        return pictures.reshape(-1, 3)[self.pixel]
+        return pictures
 
     def _ties(self) -> sparse.csr_matrix:
         """Differences of neighbouring texels, also across the edges of triangles."""
         face, i, j = self.atlas.lattice
+        seam = SETTINGS.seam_neighbours
         n = self.atlas.steps[face]
         edge = np.flatnonzero((i == 0) | (j == 0) | (i + j == n))
         u, v = (i[edge] / n[edge])[:, None], (j[edge] / n[edge])[:, None]
         a, b, c = self.world[face[edge]].transpose(1, 0, 2)
         points = a + u * (b - a) + v * (c - a)
         # nearest others lie on the triangle across, at the same place or the next texel
-        near = cKDTree(points).query(points, SEAM + 1)[1]
-        seams = np.stack([np.repeat(edge, SEAM), edge[near[:, 1:].ravel()]], 1)
+        near = cKDTree(points).query(points, seam + 1)[1]
+        seams = np.stack([np.repeat(edge, seam), edge[near[:, 1:].ravel()]], 1)
         pairs = np.concatenate([self.atlas.edges(), seams])
         row = np.repeat(np.arange(len(pairs)), 2)
         values = np.tile([1.0, -1.0], len(pairs))
         return sparse.csr_matrix((values, (row, pairs.ravel())), (len(pairs), self.atlas.first[-1]))
 
-    def _painted(self, colours: np.ndarray) -> Painted:
+    def _painted(self, colours: np.ndarray, pictures: np.ndarray) -> Painted:
         """Seen by rays other than those that the colours were made for."""
-        shown = np.rint(255 * colours) / 255  # as the texture holds them
-        count = len(self.cameras) * self.size**2
-        pixel, face, uv = self._look(RAYS + 1)
-        hits = np.bincount(pixel, minlength=count) / (RAYS + 1) ** 2
-        ray = self._weights(face, uv) @ shown
-        sums = np.stack([np.bincount(pixel, ray[:, c], count) for c in range(3)], 1) / (RAYS + 1) ** 2
-        shape = len(self.cameras), self.size, self.size
-        images = (sums + (1 - hits)[:, None]).reshape(*shape, 3)
-        return Painted(self.files, self.first, self.atlas, colours, images, hits.reshape(shape) > 0.5)
-
-
-def measure(painted: Painted, pictures: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """PSNR in decibels and SSIM (Wang et al. 2004) of each view inside the heap's silhouette, both `(K,)`."""
-    from skimage.metrics import structural_similarity
-
-    noise, alike = [], []
-    for image, picture, seen in zip(painted.images, pictures, painted.seen, strict=True):
-        noise.append(-10 * np.log10(max(((image - picture)[seen] ** 2).mean(), 1e-12)))
-        full = structural_similarity(image, picture.astype(float), channel_axis=2, data_range=1.0, full=True)[1]
-        alike.append(full.mean(2)[seen].mean())
-    return np.array(noise), np.array(alike)
+        rays, size = SETTINGS.rays + 1, self.size
+        quantised = np.rint(255 * colours) / 255  # as the texture holds them
+        count = len(self.cameras) * size**2
+        pixel, face, uv = self._cast(rays)
+        hits = np.bincount(pixel, minlength=count) / rays**2
+        ray = self._weights(face, uv) @ quantised
+        sums = np.stack([np.bincount(pixel, ray[:, c], count) for c in range(3)], 1) / rays**2
+        images = (sums + (1 - hits)[:, None]).reshape(-1, size, size, 3)
+        return Painted(
+            corners=self.files,
+            first=self.first,
+            atlas=self.atlas,
+            colours=colours,
+            images=images,
+            seen=hits.reshape(-1, size, size) > 0.5,
+            pictures=pictures,
+        )

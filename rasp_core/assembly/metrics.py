@@ -1,4 +1,4 @@
-"""How well an assembly is done, as the literature on fractures measures it."""
+"""Errors of an assembly, as the literature on fractures measures them."""
 
 from __future__ import annotations
 
@@ -8,21 +8,22 @@ from dataclasses import dataclass
 import numpy as np
 import trimesh
 from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 
 from ..geometry.meshes import Body
 from ..util.errors import InputError
 
 SAMPLES = 3000  # points of each part's surface
-RIGHT = 0.01  # of the whole's diagonal: the Chamfer distance under which a part has its place
+RIGHT_DIAGONALS = 0.01  # Chamfer distance, in the whole's diagonal, under which a part is in its place
 
 
 @dataclass(frozen=True)
 class Accuracy:
     """Errors of each part `(N,)`, the assembly aligned to the truth by the part of the largest volume.
 
-    chamfer : mean of nearest distances between the part and its true place, both ways, over the whole's diagonal; it
-    judges by shape, so that a symmetric part may be turned. rotation : degrees. translation : of the part's centre,
-    over the diagonal.
+    chamfer : mean of nearest distances between the part and itself in its true pose, both ways, over the whole's
+    diagonal; it compares shapes, so a symmetric part may be turned. rotation : degrees. translation : of the part's
+    centre, over the diagonal.
     """
 
     chamfer: np.ndarray
@@ -31,13 +32,13 @@ class Accuracy:
 
     @property
     def parts(self) -> float:
-        """Share of the parts that have their places."""
-        return float((self.chamfer < RIGHT).mean())
+        """Fraction of the parts that are in their places."""
+        return float((self.chamfer < RIGHT_DIAGONALS).mean())
 
 
 def measure(bodies: Sequence[Body], matrices: np.ndarray, truth: np.ndarray) -> Accuracy:
-    """Errors of parts placed by `matrices` `(N, 4, 4)`; `truth` `(N, 4, 4)` places them rightly. Raises InputError
-    where there are not as many of each."""
+    """Errors of parts placed by `matrices` `(N, 4, 4)`; `truth` `(N, 4, 4)` holds their true poses. Raises InputError
+    if there are not as many of each."""
     if not len(bodies) == len(matrices) == len(truth):
         raise InputError(f"{len(bodies)} parts need as many poses, got {len(matrices)} and {len(truth)} true ones")
     largest = max(range(len(bodies)), key=lambda i: bodies[i].volume)
@@ -51,9 +52,8 @@ def measure(bodies: Sequence[Body], matrices: np.ndarray, truth: np.ndarray) -> 
         there, here = trimesh.transform_points(points, home @ matrix), trimesh.transform_points(points, right)
         chamfer = (cKDTree(here).query(there)[0].mean() + cKDTree(there).query(here)[0].mean()) / 2
         moved = home @ matrix @ np.linalg.inv(right)
-        # by the chord, not the trace, whose rounding hides small angles
-        chord = np.linalg.norm(moved[:3, :3] - np.eye(3)) / np.sqrt(8)
-        angle = np.degrees(2 * np.arcsin(min(chord, 1.0)))
+        # not by the trace, as `poses.degrees_between`: its rounding hides small angles
+        angle = np.degrees(Rotation.from_matrix(moved[:3, :3]).magnitude())
         centre = np.append(body.centre, 1)
         apart = np.linalg.norm((home @ matrix @ centre - right @ centre)[:3])
         rows.append((chamfer / diagonal, angle, apart / diagonal))

@@ -110,9 +110,9 @@ def art(options: argparse.Namespace) -> int:
     for number, heap in enumerate(heaps):
         place = folder / f"{number + 1}" if several else folder
         heap.save(place, pictures=options.pictures)
-        lines = [*heap.notes, *heap.certificate.lines()[:20]]
+        lines = [*heap.warnings, *heap.certificate.lines()[:20]]
         if heap.painted is not None:
-            lines.append(f"painted, PSNR {heap.psnr.min():.1f} dB, SSIM {heap.ssim.min():.2f} at least")
+            lines.append(f"painted, {heap.paint_fit()}")
         for line in lines:
             print(f"rasp: {line}", file=sys.stderr)
         print(f"{place}: {heap.headline().removeprefix('Sculpture of ')}")

@@ -45,9 +45,9 @@ def test_pictures_are_painted_and_shown(tmp_path):
         Image.fromarray(pixels).save(tmp_path / f"{name}.png")
     heap = rasp.sculpt(kitchen_like(4), [tmp_path / "a.png", tmp_path / "b.png"], paint=True, **QUICK)
     folder = heap.save(tmp_path / "run", pictures=True)
-    assert heap.psnr.shape == (2,)
+    assert heap.painted.psnr.shape == (2,)
     assert {"painted.png", "installation.png", "turntable.gif", "heap.html"} <= {p.name for p in folder.iterdir()}
-    assert json.loads((folder / "result.json").read_text())["ssim"] == heap.ssim.tolist()
+    assert json.loads((folder / "result.json").read_text())["ssim"] == heap.painted.ssim.tolist()
     assert "PSNR" in heap.table()["painted"]
 
 

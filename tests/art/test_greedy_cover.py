@@ -23,42 +23,41 @@ def disk(radius):
 @pytest.fixture(scope="module")
 def filled():
     covering = Covering(kitchen_like(12), CAMERAS, np.stack([disk(0.35)] * 2), seed=0)
-    covering.begin(0.9)
-    assert covering.fill(40, least=8.0) > 10
+    covering.reset(0.9)
+    assert covering.fill(40, least_gain=8.0) > 10
     return covering
 
 
 def test_the_pictures_come_out_and_nothing_overlaps(filled):
     assert filled.likeness.min() > 0.85
     bodies = unique_names([filled.pool[i] for i in filled.chosen])
-    matrices = file_to_world(bodies, filled.start.rotation, filled.start.translation)
+    matrices = file_to_world(bodies, filled.poses.rotation, filled.poses.translation)
     assert certify(bodies, matrices, box([filled.width] * 3)).holds
 
 
 def test_dark_is_what_is_drawn(filled):
     dark = filled.dark.copy()
-    filled.take(filled.chosen, filled.start)
+    filled.set_bodies(filled.chosen, filled.poses)
     assert (dark != filled.dark).mean() < 1e-3
 
 
-def test_beginning_takes_all_away_and_gives_the_same_again():
+def test_a_reset_takes_all_away_and_gives_the_same_again():
     covering = Covering(kitchen_like(6), CAMERAS, np.stack([disk(0.35)] * 2), seed=3)
     found = []
     for _ in range(2):
-        covering.begin(0.7)
-        covering.fill(4, least=8.0)
-        found.append(covering.place)
+        covering.reset(0.7)
+        covering.fill(4, least_gain=8.0)
+        found.append(covering.translation)
     assert len(found[0]) == 4
     assert np.array_equal(*found)
 
 
-def test_filling_ends_when_told_and_where_nothing_is_open():
+def test_filling_ends_if_little_is_gained_and_if_nothing_is_open():
     covering = Covering(kitchen_like(6), CAMERAS, np.stack([disk(0.35)] * 2), seed=0)
-    covering.begin(0.7)
-    assert covering.fill(5, 8.0, ends=lambda: True) == 0
-    assert covering.fill(5, least=1e9) == 0
+    covering.reset(0.7)
+    assert covering.fill(5, least_gain=1e9) == 0
     covering.dark = covering.wanted.copy()
-    assert covering.fill(5, least=0.0) == 0
+    assert covering.fill(5, least_gain=0.0) == 0
 
 
 @pytest.mark.parametrize("projection", ["orthographic", "perspective"])

@@ -1,4 +1,4 @@
-"""Veils against the dispute that they are put for, found anew by another way of looking."""
+"""Occluders against the dispute that they are put for, found anew by another way of looking."""
 
 import numpy as np
 import pytest
@@ -7,8 +7,8 @@ import trimesh
 
 from data_fetch import kitchen_like
 from rasp_core.art.greedy_cover import Covering
-from rasp_core.art.occluders import veil
-from rasp_core.art.texturing import Canvas, measure
+from rasp_core.art.occluders import add_occluders
+from rasp_core.art.texturing import Canvas
 from rasp_core.geometry.cameras import Camera
 from rasp_core.geometry.meshes import make_body
 from rasp_core.poses import Poses, file_to_world
@@ -26,22 +26,22 @@ def heap():
     square = np.zeros((SIZE, SIZE), bool)
     square[20:-20, 20:-20] = True
     covering = Covering(kitchen_like(20), CAMERAS, np.stack([square] * 2), seed=0)
-    covering.begin(1.2)
-    covering.fill(40, least=8.0)
+    covering.reset(1.2)
+    covering.fill(40, least_gain=8.0)
     return covering
 
 
 def noise(covering, colours):
     bodies = [covering.pool[i] for i in covering.chosen]
-    matrices = file_to_world(bodies, covering.start.rotation, covering.start.translation)
+    matrices = file_to_world(bodies, covering.poses.rotation, covering.poses.translation)
     canvas = Canvas(bodies, matrices, covering.cameras, SIZE)
-    return measure(canvas.paint(colours), colours)[0].min()
+    return canvas.paint(colours).psnr.min()
 
 
-def test_veils_end_disputes_and_leave_the_pictures(heap):
+def test_occluders_end_disputes_and_leave_the_pictures(heap):
     colours, before, alike = plain(0.1, 0.9), noise(heap, plain(0.1, 0.9)), heap.likeness.min()
-    count, most = len(heap.chosen), veil(heap, colours, 0)
-    left = veil(heap, colours, 60)
+    count, most = len(heap.chosen), add_occluders(heap, colours, 0)
+    left = add_occluders(heap, colours, 60)
     assert len(heap.chosen) > count
     assert left < 0.75 * most
     assert noise(heap, colours) > before + 1
@@ -50,15 +50,13 @@ def test_veils_end_disputes_and_leave_the_pictures(heap):
 
 def test_one_colour_for_all_leaves_nothing_to_dispute(heap):
     count = len(heap.chosen)
-    assert veil(heap, plain(0.4, 0.4), 5) == 0
-    assert len(heap.chosen) == count
-    assert veil(heap, plain(0.1, 0.9), 5, ends=lambda: True) > 0
+    assert add_occluders(heap, plain(0.4, 0.4), 5) == 0
     assert len(heap.chosen) == count
 
 
 def test_the_dispute_of_a_ball_is_what_its_sides_share():
     mesh = trimesh.creation.icosphere(4, 0.3)
     covering = Covering([make_body("ball", mesh.vertices, mesh.faces)], CAMERAS, np.ones((2, SIZE, SIZE)), seed=0)
-    covering.take([0], Poses(torch.eye(3)[None].double(), torch.zeros(1, 3).double()))
+    covering.set_bodies([0], Poses(torch.eye(3)[None].double(), torch.zeros(1, 3).double()))
     # the other view sees half of a disk; one colour leaves each picture a quarter of the square difference there
-    assert veil(covering, plain(0.0, 1.0), 0) == pytest.approx(0.5 / 4, rel=0.03)
+    assert add_occluders(covering, plain(0.0, 1.0), 0) == pytest.approx(0.5 / 4, rel=0.03)

@@ -34,7 +34,7 @@ def test_runs_are_the_silhouettes_of_the_turned_body():
         for k, image in enumerate(images):
             assert (drawn(profiles.runs[index, k]) != image).mean() < 0.002
         corners = body.solid_vertices @ profiles.rotation[index].T
-        assert np.allclose(profiles.reach[index], np.abs(corners).max(0))
+        assert np.allclose(profiles.half_extents[index], np.abs(corners).max(0))
 
 
 def test_holes_keep_their_runs():

@@ -29,6 +29,9 @@ def test_scattered_parts_come_back(which, count):
     assert metrics.measure(moved, found.matrices, truth).parts == 1
     assert found.scores.min() > 0.7
     assert list(found.warnings) == []
+    assert list(found.bodies) == moved
+    assert found.poses.rotation.shape == (count, 3, 3)
+    assert found.certificate.overlap_volume < 0.01 * whole.volume
 
 
 def test_one_part_alone():

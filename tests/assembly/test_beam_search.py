@@ -1,13 +1,13 @@
-"""Places for many parts against where they were cut out; a bowl, whose parts alone could be anywhere about its axis."""
+"""Poses of many parts against where they were cut out; a bowl, whose parts alone could be anywhere about its axis."""
 
 import numpy as np
 import pytest
 import torch
 
 from data_fetch import fracture, scatter, vessels
-from rasp_core.assembly.beam_search import candidates, draw_together, solve
+from rasp_core.assembly.beam_search import best_assembly, possible_assemblies, refine_together
 from rasp_core.assembly.metrics import measure
-from rasp_core.assembly.registration import Place
+from rasp_core.assembly.scored_poses import ScoredPose, stack
 from rasp_core.geometry.containers import Container
 from rasp_core.geometry.meshes import make_body
 from rasp_core.poses import file_to_world
@@ -23,38 +23,38 @@ def bowl():
 
 def test_neighbours_show_where_symmetric_parts_belong(bowl):
     whole, parts, back = bowl
-    places = solve(parts, whole, seed=0)
-    poses = [torch.from_numpy(np.stack(rows)) for rows in zip(*((p.rotation, p.centre) for p in places), strict=True)]
-    assert measure(parts, file_to_world(parts, *poses), back).rotation.max() < 2
-    assert min(place.score for place in places) > 0.6
+    found = best_assembly(parts, whole, seed=0)
+    rotation, translation = map(torch.from_numpy, stack(found))
+    assert measure(parts, file_to_world(parts, rotation, translation), back).rotation.max() < 2
+    assert min(pose.score for pose in found) > 0.6
 
 
-def test_the_same_seed_gives_the_same_places(bowl):
+def test_the_same_seed_gives_the_same_poses(bowl):
     whole, parts, _ = bowl
-    first, second = (solve(parts[:2], whole, seed=3) for _ in range(2))
+    first, second = (best_assembly(parts[:2], whole, seed=3) for _ in range(2))
     for one, other in zip(first, second, strict=True):
-        np.testing.assert_array_equal(one.centre, other.centre)
+        np.testing.assert_array_equal(one.translation, other.translation)
 
 
 def test_many_ways_within_a_hull_the_best_first(bowl):
     whole, parts, _ = bowl
-    ways = candidates(parts[:2], whole, seed=0)
+    ways = possible_assemblies(parts[:2], whole, seed=0)
     assert len(ways) > 5
     assert all(len(way) == 2 for way in ways)
 
 
-def test_parts_are_drawn_together_and_the_largest_stays():
+def test_parts_are_refined_together_and_the_largest_stays():
     whole = vessels()[3]
     parts = fracture(whole, 2, seed=1)
-    true = [Place(np.eye(3), part.centre, 0.0) for part in parts]
-    off = Place(np.eye(3), parts[1].centre + np.array([0.001, 0.001, -0.001]), 0.0)
-    placed = draw_together(parts, Container(whole), [true[0], off])
-    np.testing.assert_array_equal(placed[0].centre, true[0].centre)
-    assert np.linalg.norm(placed[1].centre - true[1].centre) < 5e-4
+    true = [ScoredPose(np.eye(3), part.centre, 0.0) for part in parts]
+    off = ScoredPose(np.eye(3), parts[1].centre + np.array([0.001, 0.001, -0.001]), 0.0)
+    placed = refine_together(parts, Container(whole), [true[0], off])
+    np.testing.assert_array_equal(placed[0].translation, true[0].translation)
+    assert np.linalg.norm(placed[1].translation - true[1].translation) < 5e-4
 
 
 def test_a_part_that_fits_nowhere_is_named(bowl):
     whole, parts, _ = bowl
     rod = make_body("rod", parts[0].vertices * [8, 0.1, 0.1], parts[0].faces)
     with pytest.raises(InputError, match="rod fits nowhere in the whole"):
-        solve([parts[0], rod], whole)
+        best_assembly([parts[0], rod], whole)

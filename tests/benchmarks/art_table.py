@@ -19,6 +19,7 @@ from rasp_core.art import anamorphic, glyphs, texturing
 from rasp_core.geometry.cameras import Camera
 from rasp_core.geometry.meshes import load_bodies
 from rasp_core.io import images
+from rasp_core.silhouettes import likeness
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 from oracles import read_letters
@@ -54,12 +55,12 @@ def main():
         colours = colours if options.paint else None
         began = time.monotonic()
         made = anamorphic.sculpt(pool, dark, [Camera(*angles, 1.0) for angles in directions], colours=colours)
-        seconds, run = time.monotonic() - began, made.arrangement
-        canvas = texturing.Canvas(run.problem.bodies, run.matrices, run.cameras, SIZE)
+        seconds = time.monotonic() - began
+        canvas = texturing.Canvas(made.bodies, made.matrices, made.cameras, SIZE)
         seen = canvas.project(np.ones((*dark.shape, 3))).seen
-        read[name], alike = seen, anamorphic.likeness(seen, made.hull)
+        read[name], alike = seen, likeness(seen, made.hull)
         print(
-            f"{name}: {len(run.problem.bodies)} objects, of the ceiling {' '.join(f'{x:.3f}' for x in alike)}, ceiling "
+            f"{name}: {len(made.bodies)} objects, of the ceiling {' '.join(f'{x:.3f}' for x in alike)}, ceiling "
             f"{' '.join(f'{x:.3f}' for x in made.ceiling)}, certified {made.certificate.holds}, {seconds:.0f} s",
             flush=True,
         )
@@ -68,7 +69,7 @@ def main():
             painted = canvas.paint(colours)
             took = time.monotonic() - began
             for way, result in (("painted", painted), ("projected", canvas.project(colours))):
-                noise, similar = texturing.measure(result, colours)
+                noise, similar = result.psnr, result.ssim
                 shown = f"PSNR {' '.join(f'{x:.1f}' for x in noise)} dB, SSIM {' '.join(f'{x:.2f}' for x in similar)}"
                 print(f"  {way}: {shown}" + (f", {took:.0f} s" if result is painted else ""), flush=True)
     if set(LETTERS) <= set(read) and shutil.which("tesseract"):

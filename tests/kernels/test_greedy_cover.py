@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from rasp_core.art.greedy_cover import _arrays
+from rasp_core.art.greedy_cover import view_arrays
 from rasp_core.art.run_length import Profiles
 from rasp_core.geometry.cameras import Camera
 from rasp_core.geometry.meshes import make_body
@@ -13,7 +13,7 @@ from rasp_core.kernels import greedy_cover as kernels
 from rasp_core.scene import surface_samples
 
 SIZE = 96
-NONE = (np.zeros((0, 0, 0)),) * 3
+BOUNDS = np.array([[-0.5] * 3, [0.5] * 3])
 
 
 def ball(radius=0.1):
@@ -21,11 +21,11 @@ def ball(radius=0.1):
     return make_body("ball", mesh.vertices, mesh.faces)
 
 
-def scene_of(bodies, cameras, worth, veil=NONE):
+def scene_of(bodies, cameras, worth, occlusion=kernels.NO_OCCLUSION):
     profiles = Profiles.of(bodies, cameras, turns=2, seed=0)
     sums = np.concatenate([np.zeros((*worth.shape[:2], 1)), worth.cumsum(2)], 2)
-    arrays = profiles.runs, profiles.rotation, profiles.reach, profiles.radius
-    return _arrays(cameras), arrays, sums, veil
+    arrays = kernels.Silhouettes(profiles.runs, profiles.rotation, profiles.half_extents, profiles.radius)
+    return kernels.Scene(view_arrays(cameras), arrays, sums, occlusion)
 
 
 def disk(camera, place, radius, size=SIZE):
@@ -48,61 +48,69 @@ def test_gain_adds_up_what_the_silhouettes_cover(projection):
     assert found == pytest.approx(wanted, rel=0.05)
 
 
-def test_a_veil_counts_where_it_lies_before_what_is_seen():
+def test_an_occluder_counts_where_it_lies_before_what_is_seen():
     cameras = [Camera(0, 0, 1.0), Camera(90, 0, 1.0)]
     place, nothing = np.array([0.1, 0.0, 0.0]), np.zeros((2, SIZE, SIZE))
     depth = np.full((2, SIZE, SIZE), 0.5)
     hidden, shared = np.ones((2, SIZE, SIZE)), np.zeros((2, 2, 2))
     area = np.pi * 0.1**2 * SIZE**2
-    before = kernels.gain(scene_of([ball()], cameras, nothing, (hidden, depth, shared)), 0, place)
+    before = kernels.gain(scene_of([ball()], cameras, nothing, kernels.Occlusion(hidden, depth, shared)), 0, place)
     assert before == pytest.approx(2 * area, rel=0.05)
     depth[1] = -0.5  # the second view sees something nearer
-    before = kernels.gain(scene_of([ball()], cameras, nothing, (hidden, depth, shared)), 0, place)
+    before = kernels.gain(scene_of([ball()], cameras, nothing, kernels.Occlusion(hidden, depth, shared)), 0, place)
     assert before == pytest.approx(area, rel=0.05)
     depth[1], shared[:] = 0.5, 0.01
-    before = kernels.gain(scene_of([ball()], cameras, nothing, (hidden, depth, shared)), 0, place)
+    before = kernels.gain(scene_of([ball()], cameras, nothing, kernels.Occlusion(hidden, depth, shared)), 0, place)
     assert before == pytest.approx(2 * area - 0.01 * SIZE**2, rel=0.05)
 
 
 def test_gains_are_minus_infinity_outside():
     cameras = [Camera(0, 0, 1.0), Camera(90, 0, 1.0)]
     scene = scene_of([ball()], cameras, np.ones((2, SIZE, SIZE)))
-    bounds, found = np.array([[-0.5] * 3, [0.5] * 3]), np.empty(2)
-    kernels.gains(scene, bounds, np.zeros(2, int), np.array([[0.0, 0, 0], [0.45, 0, 0]]), found)
+    found = kernels.gains(scene, BOUNDS, np.zeros(2, int), np.array([[0.0, 0, 0], [0.45, 0, 0]]))
     assert found[0] == kernels.gain(scene, 0, np.zeros(3))
     assert found[1] == -np.inf
 
 
-def solids(bodies):
+def obstacles(bodies, placed=(), at=()):
+    """Bodies of the pool by number, upright at their places."""
     samples = surface_samples(bodies)
-    first = np.append(samples.start.numpy(), len(samples.points))
-    return GridStack.of_bodies(bodies).arrays, (samples.points.numpy(), first), np.array([b.radius for b in bodies])
+    return kernels.Obstacles(
+        bounds=BOUNDS,
+        solids=kernels.Solids(
+            grids=GridStack.of_bodies(bodies).arrays,
+            points=samples.points.numpy(),
+            first=np.append(samples.start.numpy(), len(samples.points)),
+            radius=np.array([body.radius for body in bodies]),
+        ),
+        body=np.array(placed, np.int64),
+        rotation=np.tile(np.eye(3), (len(placed), 1, 1)),
+        translation=np.array(at, float).reshape(-1, 3),
+        margin=1e-3,
+    )
 
 
 @pytest.mark.parametrize(("apart", "free"), [(0.19, False), (0.199, False), (0.204, True), (0.3, True)])
 def test_balls_are_free_of_each_other_where_their_middles_are_two_radii_apart(apart, free):
-    placed = np.zeros(1, np.int64), np.eye(3)[None], np.zeros((1, 3))
     at = apart * np.array([0.6, 0.0, 0.8])
-    assert kernels.free(solids([ball()]), placed, 0, np.eye(3), at, 1e-3) == free
+    assert kernels.is_free(obstacles([ball()], [0], [(0, 0, 0)]), 0, np.eye(3), at) == free
 
 
 def test_a_small_body_within_a_large_one_is_not_free():
-    placed = np.zeros(1, np.int64), np.eye(3)[None], np.zeros((1, 3))
-    both = solids([ball(), ball(0.02)])
-    assert not kernels.free(both, placed, 1, np.eye(3), np.zeros(3), 1e-3)
-    assert not kernels.free(both, (np.ones(1, np.int64), *placed[1:]), 0, np.eye(3), np.zeros(3), 1e-3)
+    both = [ball(), ball(0.02)]
+    assert not kernels.is_free(obstacles(both, [0], [(0, 0, 0)]), 1, np.eye(3), np.zeros(3))
+    assert not kernels.is_free(obstacles(both, [1], [(0, 0, 0)]), 0, np.eye(3), np.zeros(3))
 
 
 def test_climbing_finds_the_middle_of_a_disk_and_stays_free():
-    cameras, bounds = [Camera(0, 0, 1.0), Camera(90, 0, 1.0)], np.array([[-0.5] * 3, [0.5] * 3])
+    cameras = [Camera(0, 0, 1.0), Camera(90, 0, 1.0)]
     centre = np.array([0.1, -0.1, 0.05])
     worth = np.stack([np.where(disk(camera, centre, 0.1), 1.0, -1.0) for camera in cameras])
-    scene, nothing = scene_of([ball()], cameras, worth), (np.zeros(0, np.int64), np.zeros((0, 3, 3)), np.zeros((0, 3)))
-    place = centre + np.array([0.05, 0.04, -0.03])
-    _, value = kernels.climb(scene, bounds, solids([ball()]), nothing, 1e-3, 2, 0, place, 0.08, 0.002)
-    assert np.linalg.norm(place - centre) < 0.01
-    assert value == pytest.approx(kernels.gain(scene, 0, place), rel=0.02)
-    there = np.zeros(1, np.int64), np.eye(3)[None], centre[None]
-    place = centre + np.array([0.22, 0.0, 0.0])
-    kernels.climb(scene, bounds, solids([ball()]), there, 1e-3, 2, 0, place, 0.08, 0.002)
-    assert np.linalg.norm(place - centre) > 0.2
+    scene, steps = scene_of([ball()], cameras, worth), {"first_step": 0.08, "last_step": 0.002}
+    at = centre + np.array([0.05, 0.04, -0.03])
+    _, value = kernels.climb(scene, obstacles([ball()]), turns=2, which=0, at=at, **steps)
+    assert np.linalg.norm(at - centre) < 0.01
+    assert value == pytest.approx(kernels.gain(scene, 0, at), rel=0.02)
+    at = centre + np.array([0.22, 0.0, 0.0])
+    kernels.climb(scene, obstacles([ball()], [0], [centre]), turns=2, which=0, at=at, **steps)
+    assert np.linalg.norm(at - centre) > 0.2
