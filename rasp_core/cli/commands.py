@@ -27,7 +27,7 @@ def pack(options: argparse.Namespace) -> int:
     from ..packing import methods
     from ..physics import disassembly, gravity
     from ..problem import Settings
-    from ..scene import resolve_device
+    from ..util.devices import resolve_device
 
     began = time.monotonic()
     count = _count(options.count)
@@ -131,7 +131,7 @@ def art(options: argparse.Namespace) -> int:
     from ..geometry import meshes
     from ..geometry.cameras import Camera
     from ..io import images
-    from ..scene import resolve_device
+    from ..util.devices import resolve_device
     from ..visualize import gltf, scene3d
 
     _check_time(options)

@@ -72,8 +72,8 @@ class Body:
         return replace(self, **lengths, volume=self.volume * factor**3)
 
 
-class Alike:
-    """A body as a key that equals another where the solids are equal, so that they share what is computed of them."""
+class SolidKey:
+    """A key for caches that is equal for bodies with equal solids, so that they share what is computed of them."""
 
     def __init__(self, body: Body):
         self.body = body

@@ -18,8 +18,8 @@ from ..geometry.containers import Container
 from ..geometry.meshes import Body
 from ..poses import Poses, file_to_world, join
 from ..problem import Settings
-from ..scene import resolve_device
 from ..util.budget import Budget
+from ..util.devices import resolve_device
 from .constructive import FEW_VOXELS, Placement
 from .result import Packing, check_sizes, finish, progress_bar
 from .separation import Press

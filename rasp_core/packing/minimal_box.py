@@ -27,8 +27,8 @@ from ..geometry.meshes import Body
 from ..geometry.sdf import GridStack
 from ..poses import Poses, file_to_world
 from ..problem import Settings
-from ..scene import resolve_device
 from ..util.budget import Budget
+from ..util.devices import resolve_device
 from ..util.errors import InputError
 from .constructive import Placement
 from .contact_solver import Relaxation
