@@ -10,22 +10,12 @@ from torch import Tensor
 
 from .geometry.containers import Container
 from .geometry.sdf import NEAR, GridStack
+from .geometry.surface_samples import SurfaceSamples
 from .kernels import dispatch, wrenches
 from .poses import to_world
 from .query_points import ranges
 
 CHUNKS = 8  # that the compiled loops do one by one, so that the sums do not depend on the number of threads
-
-
-@dataclass(frozen=True)
-class SurfaceSamples:
-    """Points on the bodies' surfaces: points `(S, 3)` in body frames, body by body; count and start `(N,)`;
-    area `(S,)` square metres that each stands for."""
-
-    points: Tensor
-    start: Tensor
-    count: Tensor
-    area: Tensor
 
 
 @dataclass(frozen=True)

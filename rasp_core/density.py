@@ -24,9 +24,9 @@ def voxel_density(bodies: Sequence[Body], matrices: np.ndarray, container: Conta
     """Eq. 6 from voxels of edge `voxel` metres, dimensionless.
 
     bodies placed by `matrices` `(N, 4, 4)` (file coordinates to world). Each body's surface is voxelised by open3d's
-    VoxelGrid and its interior filled; a voxel that the surface runs through counts by the share of its eight octants'
-    centres that lie inside. No voxel counts more than once, so that overlap lowers this density and not the mesh's.
-    Raises InputError where voxel is not positive.
+    VoxelGrid and its interior filled; a voxel that the surface runs through counts by the fraction of its eight
+    octants' centres that lie inside. No voxel counts more than once, so that overlap lowers this density and not the
+    mesh's. Raises InputError where voxel is not positive.
     """
     if not voxel > 0:
         raise InputError(f"the voxel's edge must be positive, got {voxel}")
@@ -42,7 +42,7 @@ def voxel_density(bodies: Sequence[Body], matrices: np.ndarray, container: Conta
 
 
 def _fill(body: Body, matrix: np.ndarray, origin: np.ndarray, voxel: float) -> tuple[np.ndarray, np.ndarray]:
-    """The body on the lattice of voxels from `origin`: its first voxel's index, and each voxel's share inside."""
+    """The body on the lattice of voxels from `origin`: its first voxel's index, and how much of each is inside."""
     open3d = o3d.load()
     vertices = body.placed(matrix)
     mesh = open3d.geometry.TriangleMesh(

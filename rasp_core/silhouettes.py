@@ -21,7 +21,7 @@ from torch import Tensor
 from torch.nn import functional
 
 from .geometry.meshes import Body
-from .geometry.silhouette_edges import Outlines, Views
+from .geometry.silhouette_edges import Outlines, Views, contour_edges, eye_distance, project
 from .kernels import dispatch, wrenches
 
 
@@ -43,7 +43,8 @@ def render(outlines: Outlines, rotation: Tensor, translation: Tensor, views: Vie
     if dispatch.compiled(rotation.device):
         return _Compiled.apply(rotation, translation, outlines, views, resolution)
     if rotation.dim() == 4:
-        return torch.stack([render(outlines, *p, views, resolution) for p in zip(rotation, translation, strict=True)])
+        starts = zip(rotation, translation, strict=True)
+        return torch.stack([render(outlines, turns, places, views, resolution) for turns, places in starts])
     return _Render.apply(rotation, translation, outlines, views, resolution)
 
 
@@ -81,39 +82,6 @@ def soften(images: Tensor, softness_px: float) -> Tensor:
     return functional.conv2d(soft, kernel[None, None, :, None], padding=(reach, 0)).view(images.shape)
 
 
-def project(outlines: Outlines, rotation: Tensor, translation: Tensor, views: Views, resolution: int):
-    """Pixel coordinates (u right, v down) of every vertex in every view, `(K, V, 2)`, and depths `(K, V)` or None.
-
-    Depth is the distance before the eye over that of the image plane; None where all views are orthographic.
-    """
-    body = outlines.vertex_body
-    world = (rotation[body] @ outlines.vertices[:, :, None])[:, :, 0] + translation[body]
-    local = torch.einsum("kij,kvj->kvi", views.axes, world[None] - views.centre[:, None])
-    depth = None
-    plane = local[..., :2]
-    if views.any_perspective:
-        distance = _eye_distance(views)
-        depth = torch.where(views.perspective[:, None], 1 + local[..., 2] / distance[:, None], 1.0)
-        plane = plane / depth[..., None]
-    scale = resolution / views.width[:, None]
-    return torch.stack([plane[..., 0] * scale, -plane[..., 1] * scale], -1) + resolution / 2, depth
-
-
-def _eye_distance(views: Views) -> Tensor:
-    return (views.centre - views.eye[:, :3]).norm(dim=1)
-
-
-def _contour(outlines: Outlines, rotation: Tensor, translation: Tensor, views: Views):
-    """Contour edges over all views: view `(C,)`, edge `(C,)`, sign `(C,)` (+1 where the left face is in front)."""
-    # the eye in each body's frame, homogeneous: a face looks at it where normal . eye > offset
-    place, weight = views.eye[:, None, :3], views.eye[:, None, 3:]
-    eye = ((place - weight * translation)[:, :, None, :] @ rotation)[:, :, 0]
-    seen = (outlines.normals * eye[:, outlines.face_body]).sum(-1) > weight[..., 0] * outlines.offsets
-    left, right = seen[:, outlines.edges[:, 2]], seen[:, outlines.edges[:, 3]]
-    view, edge = (left != right).nonzero(as_tuple=True)
-    return view, edge, left[view, edge].to(torch.int32) * 2 - 1
-
-
 def _cuts(first: Tensor, last: Tensor, resolution: int):
     """For each edge the pixel lines whose centres lie in [first, last): the edges' indices and the lines."""
     low = (torch.minimum(first, last) - 0.5).ceil().clamp(0, resolution).long()
@@ -137,7 +105,7 @@ class _Contours:
     def __init__(self, outlines, rotation, translation, views, resolution):
         self.views, self.n = len(views.width), resolution
         pixels, self.depth = project(outlines, rotation, translation, views, resolution)
-        self.view, self.edge, self.sign = _contour(outlines, rotation, translation, views)
+        self.view, self.edge, self.sign = contour_edges(outlines, rotation, translation, views)
         ends = pixels.view(-1, 2)[(self.view * pixels.shape[1])[:, None] + outlines.edges[self.edge, :2]]
         self.u, self.v = ends[..., 0], ends[..., 1]
         self.cut, self.row = _cuts(self.v[:, 0], self.v[:, 1], resolution)
@@ -196,10 +164,10 @@ class _Render(torch.autograd.Function):
             k, vertex = view[cut], outlines.edges[edge[cut], :2]
             if depth is not None:  # the 2D parameter runs faster where the edge is near
                 d0, d1 = depth[k, vertex[:, 0]], depth[k, vertex[:, 1]]
-                share = parameter / d1 / ((1 - parameter) / d0 + parameter / d1)
+                fraction = parameter / d1 / ((1 - parameter) / d0 + parameter / d1)
             else:
-                share = parameter
-            point = torch.lerp(outlines.vertices[vertex[:, 0]], outlines.vertices[vertex[:, 1]], share[:, None])
+                fraction = parameter
+            point = torch.lerp(outlines.vertices[vertex[:, 0]], outlines.vertices[vertex[:, 1]], fraction[:, None])
             body = outlines.vertex_body[vertex[:, 0]]
             du, dv = (right * scale)[k], (-up * scale)[k]
             if depth is not None:
@@ -257,7 +225,7 @@ class _Compiled(torch.autograd.Function):
 def _perspective_jacobian(views, n, k, point, rotation, translation, du, dv):
     """Rows d u / d x and d v / d x `(M, 3)` of the pixel coordinates at world points, in perspective views."""
     world = (rotation @ point[:, :, None])[:, :, 0] + translation - views.centre[k]
-    forward, distance = views.axes[k, 2], _eye_distance(views)[k, None]
+    forward, distance = views.axes[k, 2], eye_distance(views)[k, None]
     ratio = torch.where(views.perspective[k, None], 1 + (world * forward).sum(1, keepdim=True) / distance, 1.0)
     bend = torch.where(views.perspective[k, None], forward / distance / ratio, 0.0)
     shift_u, shift_v = (du * world).sum(1, keepdim=True) / ratio, (dv * world).sum(1, keepdim=True) / ratio

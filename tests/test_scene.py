@@ -1,28 +1,14 @@
 """A problem's tensors."""
 
-import numpy as np
 import pytest
 import torch
 
 from data_fetch import kitchen_like
 from rasp_core.geometry import containers
-from rasp_core.scene import MAX_SAMPLES, Scene, resolve_device
+from rasp_core.scene import Scene
 from rasp_core.util.errors import InputError
 
 BOX = containers.box((0.3, 0.3, 0.3))
-
-
-def test_samples_lie_on_the_surface_and_stand_for_all_of_it():
-    bodies = kitchen_like(6)
-    scene = Scene([*bodies, bodies[0]], BOX, BOX.views())
-    own = torch.repeat_interleave(scene.samples.count)
-    value, _ = scene.stack.sample(own, scene.samples.points)
-    assert (value.abs() < 0.6 * scene.stack.spacing[own]).all()
-    assert scene.samples.count.max() <= 2 * MAX_SAMPLES
-    area = torch.zeros(7).index_add_(0, own, scene.samples.area).numpy()
-    assert area == pytest.approx(np.array([b.manifold.surface_area() for b in scene.bodies]), rel=1e-4)
-    first, last = scene.samples.start[0], scene.samples.start[6]
-    assert torch.equal(scene.samples.points[first:][:9], scene.samples.points[last:][:9]), "equal bodies share samples"
 
 
 def test_squeezed_silhouettes_are_those_of_a_lower_box_on_the_same_floor():
@@ -49,11 +35,3 @@ def test_nothing_to_arrange_is_refused():
         Scene([], BOX, BOX.views())
     with pytest.raises(InputError, match="may move"):
         Scene(kitchen_like(2), BOX, BOX.views(), obstacles=2)
-
-
-def test_devices():
-    assert resolve_device("cpu").type == "cpu"
-    assert resolve_device("auto").type in ("cpu", "cuda")
-    for name in ("abacus", "cuda:99"):
-        with pytest.raises(InputError, match=name):
-            resolve_device(name)

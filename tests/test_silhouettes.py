@@ -12,6 +12,7 @@ from data_fetch import cad_like, kitchen_like
 from rasp_core import losses, poses, silhouettes
 from rasp_core.geometry.cameras import Camera, box_views
 from rasp_core.geometry.meshes import make_body
+from rasp_core.geometry.silhouette_edges import contour_edges, project
 
 BOTH = ["orthographic", "perspective"]
 
@@ -166,8 +167,8 @@ def test_cost_follows_the_contours_not_bodies_times_pixels(two_balls):
     identity, place = torch.eye(3).repeat(2, 1, 1), torch.zeros(2, 3)
     cuts = []
     for resolution in (128, 256):
-        pixels, _ = silhouettes.project(outlines, identity, place, views, resolution)
-        view, edge, _ = silhouettes._contour(outlines, identity, place, views)
+        pixels, _ = project(outlines, identity, place, views, resolution)
+        view, edge, _ = contour_edges(outlines, identity, place, views)
         ends = pixels[view[:, None], outlines.edges[edge, :2]]
         cuts.append(len(silhouettes._cuts(ends[:, 0, 1], ends[:, 1, 1], resolution)[0]))
     assert cuts[1] == pytest.approx(2 * cuts[0], rel=0.02)

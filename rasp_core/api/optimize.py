@@ -16,7 +16,7 @@ from ..optimizer import Step
 from ..optimizer import optimize as run
 from ..poses import Poses
 from ..problem import Problem, Settings
-from ..scene import resolve_device
+from ..util.devices import resolve_device
 from ..util.errors import InputError
 from .inputs import as_bodies, as_container
 from .result import Result

@@ -16,7 +16,7 @@ from ..geometry.meshes import Body
 from ..packing import methods
 from ..physics import disassembly, gravity
 from ..problem import Settings
-from ..scene import resolve_device
+from ..util.devices import resolve_device
 from ..util.errors import InputError
 from .inputs import as_bodies, as_container
 from .result import Result

@@ -15,7 +15,7 @@ from ..art.sculpture import Sculpture
 from ..art.targets import from_files, from_text
 from ..art.views import cameras_for
 from ..geometry.meshes import Body
-from ..scene import resolve_device
+from ..util.devices import resolve_device
 from ..util.errors import InputError
 from .inputs import as_bodies
 from .result import Result

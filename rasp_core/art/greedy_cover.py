@@ -17,8 +17,8 @@ from ..geometry.cameras import PERSPECTIVE_DISTANCE, Camera
 from ..geometry.meshes import Body
 from ..geometry.sdf import GridStack
 from ..geometry.silhouette_edges import Outlines, Views
+from ..geometry.surface_samples import surface_samples
 from ..poses import Poses
-from ..scene import surface_samples
 from ..silhouettes import likeness, mask
 from .run_length import Profiles
 

@@ -85,8 +85,8 @@ def _release_solids() -> None:
         vars(body).pop("manifold", None)
 
 
-class Alike:
-    """A body as a key that equals another where the solids are equal, so that they share what is computed of them."""
+class SolidKey:
+    """A key for caches that is equal for bodies with equal solids, so that they share what is computed of them."""
 
     def __init__(self, body: Body):
         self.body = body

@@ -1,4 +1,4 @@
-"""Bodies and cameras as the shadow renderer wants them: tensors, built once."""
+"""Bodies and cameras as the shadow renderer wants them: which edges bound a silhouette, and where they are seen."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 import torch
+from torch import Tensor
 
 from .cameras import Camera
-from .meshes import Alike, Body
+from .meshes import Body, SolidKey
 
 
 class Outlines:
@@ -25,7 +26,7 @@ class Outlines:
         for i, body in enumerate(bodies):
             vertices.append(body.solid_vertices)
             faces.append(body.solid_faces + v_at)
-            edges.append(_edges(Alike(body)) + np.array([v_at, v_at, f_at, f_at]))
+            edges.append(_edges(SolidKey(body)) + np.array([v_at, v_at, f_at, f_at]))
             vertex_body.append(np.full(len(body.solid_vertices), i))
             face_body.append(np.full(len(body.solid_faces), i))
             v_at += len(body.solid_vertices)
@@ -69,8 +70,42 @@ class Views:
         return tuple(x.double().numpy() for x in (self.axes, self.eye, self.centre, self.width))
 
 
+def project(outlines: Outlines, rotation: Tensor, translation: Tensor, views: Views, resolution: int):
+    """Pixel coordinates (u right, v down) of every vertex in every view, `(K, V, 2)`, and depths `(K, V)` or None.
+
+    Depth is the distance before the eye over that of the image plane; None where all views are orthographic.
+    """
+    body = outlines.vertex_body
+    world = (rotation[body] @ outlines.vertices[:, :, None])[:, :, 0] + translation[body]
+    local = torch.einsum("kij,kvj->kvi", views.axes, world[None] - views.centre[:, None])
+    depth = None
+    plane = local[..., :2]
+    if views.any_perspective:
+        distance = eye_distance(views)
+        depth = torch.where(views.perspective[:, None], 1 + local[..., 2] / distance[:, None], 1.0)
+        plane = plane / depth[..., None]
+    scale = resolution / views.width[:, None]
+    return torch.stack([plane[..., 0] * scale, -plane[..., 1] * scale], -1) + resolution / 2, depth
+
+
+def eye_distance(views: Views) -> Tensor:
+    """`(K,)` metres from each perspective view's eye to its centre."""
+    return (views.centre - views.eye[:, :3]).norm(dim=1)
+
+
+def contour_edges(outlines: Outlines, rotation: Tensor, translation: Tensor, views: Views):
+    """Contour edges over all views: view `(C,)`, edge `(C,)`, sign `(C,)` (+1 where the left face is in front)."""
+    # the eye in each body's frame, homogeneous: a face looks at it where normal . eye > offset
+    place, weight = views.eye[:, None, :3], views.eye[:, None, 3:]
+    eye = ((place - weight * translation)[:, :, None, :] @ rotation)[:, :, 0]
+    seen = (outlines.normals * eye[:, outlines.face_body]).sum(-1) > weight[..., 0] * outlines.offsets
+    left, right = seen[:, outlines.edges[:, 2]], seen[:, outlines.edges[:, 3]]
+    view, edge = (left != right).nonzero(as_tuple=True)
+    return view, edge, left[view, edge].to(torch.int32) * 2 - 1
+
+
 @lru_cache(maxsize=1024)
-def _edges(key: Alike) -> np.ndarray:
+def _edges(key: SolidKey) -> np.ndarray:
     """`(E, 4)` of a body's solid: from, to, the face that runs along it so, and one that runs against it."""
     faces = key.body.solid_faces
     number = np.arange(len(faces))

@@ -81,12 +81,12 @@ def _open(path: Path):
 
 def _read(path: Path) -> np.ndarray:
     values = np.asarray(_open(path), np.float32) / 255
-    share = values[..., 3]
-    if np.ptp(share) < CONTRAST:
+    coverage = values[..., 3]
+    if np.ptp(coverage) < CONTRAST:
         grey = values[..., :3].mean(-1)
         border = np.concatenate([grey[0], grey[-1], grey[:, 0], grey[:, -1]])
-        share = np.abs(grey - np.median(border))
-        if share.max() < CONTRAST:
+        coverage = np.abs(grey - np.median(border))
+        if coverage.max() < CONTRAST:
             raise InputError(f"{path}: shows one brightness only; a silhouette differs from its background")
-        share = share / share.max()
-    return share
+        coverage = coverage / coverage.max()
+    return coverage

@@ -135,11 +135,11 @@ def system(wall, grids, samples, half, radius, weight, rotation, translation, ma
 
     weight `(N,)`: what two bodies share counts by the mean of theirs, what is beyond the wall by the body's own.
     blocks: diagonal `(N, 6, 6)`, its lower halves; coupling `(P, 6, 6)` and pairs `(P, 2)`, with room for all pairs;
-    pull `(N, 6)`; each body's share `(N,)` of the energy.
+    pull `(N, 6)`; energy_of_body `(N,)`, each body's part of it.
     """
-    diagonal, coupling, pairs, pull, share = blocks
+    diagonal, coupling, pairs, pull, energy_of_body = blocks
     bodies, energy, touching = len(half), 0.0, 0
-    diagonal[:], pull[:], share[:] = 0.0, 0.0, 0.0
+    diagonal[:], pull[:], energy_of_body[:] = 0.0, 0.0, 0.0
     boxes, moment, force = np.empty((bodies, 3)), np.empty((6, 6)), np.empty(6)
     for body in range(bodies):
         for a in range(3):
@@ -152,7 +152,7 @@ def system(wall, grids, samples, half, radius, weight, rotation, translation, ma
             continue
         moment[:], force[:] = 0.0, 0.0
         found = _by_wall(wall, samples, body, rotation, translation, margin, moment, force)
-        share[body] += weight[body] * found
+        energy_of_body[body] += weight[body] * found
         energy += weight[body] * found
         for i in range(6):
             pull[body, i] += weight[body] * force[i]
@@ -207,8 +207,8 @@ def system(wall, grids, samples, half, radius, weight, rotation, translation, ma
                         diagonal[other, i, j] += moment[i, j]
             if found > 0.0:
                 energy += found
-                share[one] += found / 2
-                share[two] += found / 2
+                energy_of_body[one] += found / 2
+                energy_of_body[two] += found / 2
                 pairs[touching, 0], pairs[touching, 1] = one, two
                 touching += 1
     return energy, touching

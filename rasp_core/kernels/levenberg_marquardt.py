@@ -12,7 +12,7 @@ from numba import njit
 
 from .gauss_newton import system
 
-STIFFEST, FIRST, SOFTEST = 10.0, 0.1, 0.01  # damping, as a share of the mean stiffness
+STIFFEST, FIRST, SOFTEST = 10.0, 0.1, 0.01  # damping, as a fraction of the mean stiffness
 RATE = 3.0  # what damping falls by after a step that helped, and grows by after one that did not
 LEVER = 0.4  # of a body's radius: what its turns are weighed by against its shifts
 LONGEST = 0.25  # of a body's radius: how far it moves in a step
@@ -81,8 +81,8 @@ def _turn(rotation, w):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _relax(scene, rotation, translation, margin, ceiling, share):
-    """Poses of one start, in place; its least energy, and `share` `(N,)`, each body's part of it."""
+def _relax(scene, rotation, translation, margin, ceiling, energy_of_body):
+    """Poses of one start, in place; its least energy, and `energy_of_body` `(N,)`, each body's part of it."""
     radius = scene[4]
     bodies = len(radius)
     diagonal, pull, part = np.empty((bodies, 6, 6)), np.empty((bodies, 6)), np.empty(bodies)
@@ -93,7 +93,7 @@ def _relax(scene, rotation, translation, margin, ceiling, share):
     for step in range(len(ceiling)):
         energy, count = system(*scene, rotation, translation, margin, (diagonal, coupling, pairs, pull, part))
         if energy < best:
-            best, best_rotation[:], best_translation[:], share[:] = energy, rotation, translation, part
+            best, best_rotation[:], best_translation[:], energy_of_body[:] = energy, rotation, translation, part
             damping = max(damping / RATE, SOFTEST)
         else:
             damping = min(damping * RATE, STIFFEST)
@@ -124,8 +124,8 @@ def _relax(scene, rotation, translation, margin, ceiling, share):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def relax(worker, workers, scene, rotation, translation, margin, ceiling, energy, share):
+def relax(worker, workers, scene, rotation, translation, margin, ceiling, energy, energy_of_body):
     """Each start's poses, `(S, N, 3, 3)` and `(S, N, 3)` float64, in place; `energy` `(S,)`, the least of
-    each; `share` `(S, N)`, each body's part of it. scene : what `system` takes before the poses."""
+    each; `energy_of_body` `(S, N)`, each body's part of it. scene : what `system` takes before the poses."""
     for start in range(worker, len(rotation), workers):
-        energy[start] = _relax(scene, rotation[start], translation[start], margin, ceiling, share[start])
+        energy[start] = _relax(scene, rotation[start], translation[start], margin, ceiling, energy_of_body[start])

@@ -209,13 +209,13 @@ def pull(worker, workers, upstream, surface, rotation, translation, cameras, dra
                     across, along = axis, 1 - axis
                     line = (row if axis == 0 else column) + 0.5
                     span = pixels[i, b, along] - pixels[i, a, along]
-                    share = (line - pixels[i, a, along]) / span
+                    fraction = (line - pixels[i, a, along]) / span
                     slope = (pixels[i, b, across] - pixels[i, a, across]) / span
                     # the 2D parameter runs faster where the edge is near
-                    share = share / depths[i, b] / ((1 - share) / depths[i, a] + share / depths[i, b])
+                    fraction = fraction / depths[i, b] / ((1 - fraction) / depths[i, a] + fraction / depths[i, b])
                     body = vertex_body[a]
                     for c in range(3):
-                        point[c] = vertices[a, c] + share * (vertices[b, c] - vertices[a, c])
+                        point[c] = vertices[a, c] + fraction * (vertices[b, c] - vertices[a, c])
                     depth, shift_u, shift_v = 1.0, 0.0, 0.0
                     if eyes[k, 3] > 0:
                         ahead = 0.0

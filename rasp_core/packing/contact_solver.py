@@ -16,8 +16,8 @@ import torch
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
 from ..geometry.sdf import GridStack
+from ..geometry.surface_samples import SAMPLE_SPACING, surface_samples
 from ..kernels import dispatch
-from ..scene import SAMPLE_SPACING, surface_samples
 
 BLOCK_SAMPLES = 8  # of a surface that are passed over together, at most
 

@@ -20,8 +20,8 @@ from ..geometry.meshes import Body
 from ..geometry.sdf import GridStack
 from ..poses import file_to_world
 from ..problem import Settings
-from ..scene import resolve_device
 from ..util.budget import Budget
+from ..util.devices import resolve_device
 from ..util.progress import progress_bar
 from .constructive import FEW_VOXELS, Placement
 from .insertion import Voids

@@ -12,7 +12,7 @@ from ..geometry import containers, meshes
 from ..geometry.containers import Container, FreeBox
 from ..geometry.meshes import Body
 from ..problem import Settings
-from ..scene import resolve_device
+from ..util.devices import resolve_device
 from ..util.errors import InputError
 from . import constructive, dense, minimal_box, paper
 from .pool import draw, fit_scale

@@ -26,8 +26,8 @@ from ..geometry.containers import Container, FreeBox, box
 from ..geometry.meshes import Body
 from ..poses import Poses, file_to_world
 from ..problem import Settings
-from ..scene import resolve_device
 from ..util.budget import Budget
+from ..util.devices import resolve_device
 from ..util.errors import InputError
 from ..util.progress import progress_bar
 from .constructive import Placement

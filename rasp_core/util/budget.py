@@ -18,10 +18,10 @@ class Budget:
             raise InputError(f"effort must not be negative, got {effort}")
         self.began, self.time_limit, self.effort, self.tries = time.monotonic(), time_limit, effort, 0
 
-    def spent(self, share: float = 1.0) -> bool:
-        """True where a share of the time is over."""
-        return self.time_limit is not None and time.monotonic() - self.began > share * self.time_limit
+    def spent(self, fraction: float = 1.0) -> bool:
+        """True where a fraction of the time is over."""
+        return self.time_limit is not None and time.monotonic() - self.began > fraction * self.time_limit
 
-    def over(self, share: float = 1.0) -> bool:
-        """True where a share of the time or of the tries is used up."""
-        return self.spent(share) or (self.effort is not None and self.tries >= share * self.effort)
+    def over(self, fraction: float = 1.0) -> bool:
+        """True where a fraction of the time or of the tries is used up."""
+        return self.spent(fraction) or (self.effort is not None and self.tries >= fraction * self.effort)

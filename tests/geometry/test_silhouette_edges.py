@@ -1,10 +1,13 @@
 """Surfaces laid out for the renderer."""
 
 import numpy as np
+import pytest
 import torch
 
 from data_fetch import cad_like
-from rasp_core.geometry.silhouette_edges import Outlines
+from rasp_core import poses
+from rasp_core.geometry.cameras import Camera
+from rasp_core.geometry.silhouette_edges import Outlines, Views, contour_edges, project
 
 
 def test_every_edge_has_a_face_on_each_side_that_runs_along_and_against_it():
@@ -29,3 +32,45 @@ def test_normals_point_outward():
     outlines = Outlines(cad_like(5), dtype=torch.float64)
     volume = outlines.offsets.sum() / 6
     assert volume > 0
+
+
+CAMERAS = [Camera(20, 15, 0.5, (0.02, 0, 0), "perspective"), Camera(110, -40, 0.3)]
+
+
+@pytest.fixture
+def seen():
+    """Outlines, poses and views, and each body's vertices in the world."""
+    bodies = cad_like(3)
+    generator = torch.Generator().manual_seed(0)
+    rotation = poses.quaternion_to_rotation(poses.random_quaternions(3, generator, torch.float64))
+    translation = 0.05 * torch.randn(3, 3, generator=generator, dtype=torch.float64)
+    placed = zip(bodies, rotation.numpy(), translation.numpy(), strict=True)
+    world = [body.solid_vertices @ turn.T + shift for body, turn, shift in placed]
+    return bodies, Outlines(bodies, dtype=torch.float64), rotation, translation, world
+
+
+def test_vertices_are_seen_where_the_camera_sees_them(seen):
+    _, outlines, rotation, translation, world = seen
+    pixels, depth = project(outlines, rotation, translation, Views(CAMERAS, dtype=torch.float64), 64)
+    for k, camera in enumerate(CAMERAS):
+        row, column = camera.pixels(np.concatenate(world), 64)
+        assert np.array_equal(np.floor(pixels[k].numpy()), np.stack([column, row], 1))
+    assert (depth[1] == 1).all()
+    assert depth[0].min() < 1 < depth[0].max()
+
+
+def test_contour_edges_part_a_face_that_is_seen_from_one_that_is_not(seen):
+    bodies, outlines, rotation, translation, world = seen
+    found = contour_edges(outlines, rotation, translation, Views(CAMERAS, dtype=torch.float64))
+    sides = []
+    for camera in CAMERAS:
+        front = []
+        for body, vertices in zip(bodies, world, strict=True):
+            a, b, c = (vertices[body.solid_faces[:, k]] for k in range(3))
+            towards = camera.eye[:3] - a if camera.eye[3] else camera.eye[:3]
+            front.append((np.cross(b - a, c - a) * towards).sum(1) > 0)
+        sides.append(np.concatenate(front)[outlines.edges[:, 2:].numpy()])
+    sides = np.array(sides, int)
+    view, edge = np.nonzero(sides[..., 0] != sides[..., 1])
+    assert np.array_equal(np.stack([view, edge]), torch.stack(found[:2]).numpy())
+    assert np.array_equal(found[2].numpy(), 2 * sides[view, edge, 0] - 1)

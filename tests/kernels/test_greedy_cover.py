@@ -9,8 +9,8 @@ from rasp_core.art.run_length import Profiles
 from rasp_core.geometry.cameras import Camera
 from rasp_core.geometry.meshes import make_body
 from rasp_core.geometry.sdf import GridStack
+from rasp_core.geometry.surface_samples import surface_samples
 from rasp_core.kernels import greedy_cover as kernels
-from rasp_core.scene import surface_samples
 
 SIZE = 96
 BOUNDS = np.array([[-0.5] * 3, [0.5] * 3])

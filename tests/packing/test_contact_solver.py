@@ -8,8 +8,8 @@ import trimesh
 from data_fetch import kitchen_like
 from rasp_core.geometry.containers import Container, box
 from rasp_core.geometry.meshes import make_body
+from rasp_core.geometry.surface_samples import surface_samples
 from rasp_core.packing.contact_solver import BLOCK_SAMPLES, Relaxation, _in_blocks
-from rasp_core.scene import surface_samples
 
 ROOM = box((8, 8, 8))
 FOREVER = np.full(40, np.inf)
