@@ -124,6 +124,6 @@ def _shared(covering: Covering) -> np.ndarray:
 
 def _difference(colours: np.ndarray, wanted: np.ndarray) -> float:
     """The mean square difference between a dark pixel of one picture and one of another."""
-    dark = [picture[where] for picture, where in zip(colours, wanted, strict=True)]
+    dark = [picture[inside] for picture, inside in zip(colours, wanted, strict=True)]
     pairs = [(a, b) for k, a in enumerate(dark) for b in dark[:k]]
     return float(np.mean([((a.mean(0) - b.mean(0)) ** 2 + a.var(0) + b.var(0)).mean() for a, b in pairs]))

@@ -23,7 +23,7 @@ class Profiles:
     """L = bodies x turns silhouettes before K views; those of body b begin at `b * turns`.
 
     runs `(L, K, ROWS, RUNS, 2)` int8: first column and the one after the last, of an image whose edge is the diameter
-    of the body's sphere about its centre; 0, 0 where there is none. rotation `(L, 3, 3)`. half_extents `(L, 3)` of the
+    of the body's sphere about its centre; 0, 0 if there is none. rotation `(L, 3, 3)`. half_extents `(L, 3)` of the
     turned body's box, metres. radius `(L,)` metres.
     """
 

@@ -12,7 +12,7 @@ from .grid import sample
 
 
 class Views(NamedTuple):
-    """K views: axes `(K, 3, 3)` as `Camera.axes`, centre `(K, 3)`, width `(K,)`, and the eye's distance `(K,)`, 0 where
+    """K views: axes `(K, 3, 3)` as `Camera.axes`, centre `(K, 3)`, width `(K,)`, and the eye's distance `(K,)`, 0 if
     it is at infinity; metres."""
 
     axes: np.ndarray
@@ -133,7 +133,7 @@ def gain(scene, which, at):
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def within(bounds, silhouettes, which, at):
-    """True where the body's box lies in `bounds` `(2, 3)`."""
+    """True if the body's box lies in `bounds` `(2, 3)`."""
     half = silhouettes.half_extents
     for a in range(3):
         low, high = at[a] - half[which, a], at[a] + half[which, a]
@@ -153,7 +153,7 @@ def gains(scene, bounds, which, at):
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def is_free(obstacles, body, turn, at):
-    """True where a body of the pool, `turn` `(3, 3)` at `at` `(3,)`, keeps the margin from all that is placed: surface
+    """True if a body of the pool, `turn` `(3, 3)` at `at` `(3,)`, keeps the margin from all that is placed: surface
     points of each are looked up in the other's grid."""
     _, solids, placed, rotation, translation, margin = obstacles
     radius = solids.radius

@@ -170,7 +170,7 @@ def _turned(r, rows, p):
 
 @_inline
 def _to_placed(grids, half, r, t, k, near, x, y, z):
-    """Signed distance of a world point to the placed part k, and its gradient; infinite where its box is not near."""
+    """Signed distance of a world point to the placed part k, and its gradient; infinite if its box is not near."""
     dx, dy, dz = x - t[k, 0], y - t[k, 1], z - t[k, 2]
     lx = r[k, 0, 0] * dx + r[k, 1, 0] * dy + r[k, 2, 0] * dz
     ly = r[k, 0, 1] * dx + r[k, 1, 1] * dy + r[k, 2, 1] * dz
