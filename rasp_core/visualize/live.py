@@ -51,8 +51,8 @@ class Frame:
     """What there is to see after an iteration.
 
     matrices `(N, 4, 4)`: from the files of the first N bodies to the world. images, targets `(K, H, W)`. history: one
-    row an iteration, columns `arrange.LOSS_NAMES`. density, overlap : share of the container that bodies fill, and that
-    two or more do, by lattice points. certificate : of exact booleans, where all iterations are done, else None.
+    row an iteration, columns `objective.LOSS_NAMES`. density, overlap : share of the container that bodies fill, and
+    that two or more do, by lattice points. certificate : of exact booleans, where all iterations are done, else None.
     """
 
     matrices: np.ndarray
@@ -157,9 +157,7 @@ class LiveRun:
     def wait(self) -> None:
         """Return when it rests. Raises what the run or the watcher has raised."""
         with self._changed:
-            self._changed.wait_for(
-                lambda: self._thread is None or (self._waiting and not self._wanted.acts(self._under_way))
-            )
+            self._changed.wait_for(lambda: self._thread is None or self._at_rest())
         if self._error is not None:
             raise self._error
 
@@ -167,11 +165,12 @@ class LiveRun:
         return self._waiting and not self._wanted.acts(self._under_way)
 
     def close(self) -> None:
-        """End the thread, and wait for it."""
+        """End the thread, and wait for it. The watcher may call it too: then the thread ends after the frame."""
         self._command(lambda wanted: replace(wanted, state=State.CLOSED))
         thread = self._thread
-        if thread is not None:
+        if thread is not None and thread is not threading.current_thread():
             thread.join()
+        atexit.unregister(self.close)  # it would keep the run, and its scenes, until the process ends
 
     def _command(self, changed: Callable[[_Wanted], _Wanted]) -> None:
         with self._changed:
@@ -213,13 +212,10 @@ class LiveRun:
         self._show(self._start)
         while self._may_go_on():
             settings = self._in_force(self.controls)
+            self._last = settings.iterations - 1
             done = optimize(self._problem, settings, self._start, scene=self._scene, callback=self._after)
             self._start = done.poses
             if not done.interrupted:
-                with self._changed:
-                    closed = self._wanted.state is State.CLOSED
-                    state = State.CLOSED if closed else State.RESTING
-                    self._wanted = replace(self._wanted, state=state, steps=0)
                 self._show(self._start, judged=True)
 
     def _set_up(self) -> None:
@@ -231,13 +227,23 @@ class LiveRun:
         self._problem = Problem(self.pool[:count], self.container, self._scene.cameras, targets)
 
     def _after(self, step: Step) -> Settings | bool:
-        """What `arrange` calls after an iteration: a frame where one is due, a rest where one is wanted."""
+        """What `optimize` calls after an iteration: a frame if one is due, a rest if one is wanted."""
         self._rows.append(step.losses)
+        if step.iteration == self._last:
+            return self._come_to_the_end()
         wanted = self._wanted
         resting = wanted.state is State.RESTING and not wanted.steps
         if resting or time.monotonic() - self._shown > EVERY:
             self._show(Poses(step.rotation, step.translation))
         return self._in_force(self.controls) if self._may_go_on() else True
+
+    def _come_to_the_end(self) -> bool:
+        """After the last iteration: rest, if nothing else is wanted. What is asked for from here on is done next."""
+        with self._changed:
+            ends = self._wanted.ends(self._under_way)
+            if not ends:
+                self._wanted = replace(self._wanted, state=State.RESTING)
+            return ends
 
     def _may_go_on(self) -> bool:
         """Wait for leave to iterate; False where what is under way must end first."""

@@ -6,6 +6,7 @@ import base64
 import io
 from collections import deque
 from collections.abc import Sequence
+from contextlib import closing
 
 import numpy as np
 
@@ -78,10 +79,9 @@ def still(
     """The panel's picture for readers without a kernel: the run to its end, its last frame as SVG, and the frame.
     Raises InputError as `live.LiveRun` does."""
     frames: deque[Frame] = deque(maxlen=1)
-    live = LiveRun(pool, container, controls, settings, frames.append)
-    live.run()
-    live.wait()
-    live.close()
+    with closing(LiveRun(pool, container, controls, settings, frames.append)) as live:
+        live.run()
+        live.wait()
     picture = Picture(pool, container)
     try:
         return picture.draw(frames[0]), frames[0]

@@ -1,5 +1,7 @@
-"""The live run against `arrange` itself, and its commands."""
+"""The live run against `optimize` itself, and its commands."""
 
+import gc
+import weakref
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +13,7 @@ from rasp_core.objective import LOSS_NAMES
 from rasp_core.optimizer import optimize
 from rasp_core.problem import Problem, Settings
 from rasp_core.util.errors import InputError
+from rasp_core.visualize import live as lives
 from rasp_core.visualize.live import Controls, LiveRun
 
 POOL, BOX = kitchen_like(5), box((0.2, 0.2, 0.2))
@@ -151,3 +154,64 @@ def test_controls_that_do_not_fit_change_nothing(live):
     with pytest.raises(InputError, match="count"):
         live.change(count=99, lambda_=1.0)
     assert live.controls == CONTROLS
+
+
+def test_steps_go_past_the_end(live):
+    live.settings = replace(SETTINGS, iterations=2)
+    for done in (1, 2, 3):
+        live.step()
+        live.wait()
+        assert len(live.frames[-1].history) == done
+        assert (live.frames[-1].certificate is not None) == (done == 2), "the second is the last of two"
+
+
+@pytest.mark.parametrize(("command", "rows"), [("run", 4), ("step", 3), ("reset", 0)])
+def test_a_command_given_as_the_last_iteration_ends_is_obeyed(live, monkeypatch, command, rows):
+    real, given = lives.optimize, []
+
+    def ends(*problem, **more):
+        done = real(*problem, **more)
+        if not given:
+            given.append(command)
+            getattr(live, command)()
+        return done
+
+    monkeypatch.setattr(lives, "optimize", ends)
+    live.settings = replace(SETTINGS, iterations=2)
+    live.run()
+    live.wait()
+    assert len(live.frames[-1].history) == rows
+
+
+def test_another_seed_in_the_last_iteration_is_run_to_its_end(live, monkeypatch):
+    given = []
+    live.settings = replace(SETTINGS, iterations=2)
+
+    def after(step, real=live._after):
+        if step.iteration == 1 and not given:
+            given.append(step)
+            live.change(seed=1)
+        return real(step)
+
+    monkeypatch.setattr(live, "_after", after)
+    live.run()
+    live.wait()
+    expected = optimize(Problem(POOL[:4], BOX), replace(live.settings, lambda_=CONTROLS.lambda_, seed=1))
+    assert np.array_equal(live.frames[-1].matrices, expected.matrices)
+
+
+def test_the_watcher_may_close_the_run(live):
+    live.watch = lambda frame: live.close()
+    live.run()
+    live.wait()  # raises what the thread has raised
+
+
+def test_a_closed_run_is_given_back():
+    run = LiveRun(POOL, BOX, CONTROLS, SETTINGS)
+    run.step()
+    run.wait()
+    run.close()
+    alive = weakref.ref(run)
+    del run
+    gc.collect()
+    assert alive() is None

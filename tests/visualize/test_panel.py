@@ -1,5 +1,6 @@
 """What the panel does, through the plain functions behind it and through the widgets' own values."""
 
+import threading
 from xml.etree import ElementTree
 
 import ipywidgets
@@ -88,3 +89,13 @@ def test_the_overlap_term_can_be_chosen(panel):
     (choice,) = find(panel, ipywidgets.Dropdown)
     choice.value = "as_printed"
     assert panel.live.controls.overlap_term == "as_printed"
+
+
+def test_a_still_picture_leaves_no_thread_behind_if_it_is_interrupted(monkeypatch):
+    def interrupted(live):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(panels.LiveRun, "wait", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        panels.still(POOL, BOX, Controls(count=2), SETTINGS)
+    assert not [thread for thread in threading.enumerate() if thread.name == "live"]
