@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import colorsys
 import os
 import sys
 from collections.abc import Sequence
@@ -19,15 +20,14 @@ if TYPE_CHECKING:
     from ..geometry.containers import Container
     from ..optimizer import Arrangement
 
-GOLDEN = 0.618033988749895
+GOLDEN_RATIO = 0.618033988749895
 
 
 def colours(count: int) -> np.ndarray:
-    """`(count, 3)` RGB in [0, 1], neighbours told apart (hues by the golden ratio)."""
-    from matplotlib.colors import hsv_to_rgb
-
-    index = np.arange(count)
-    return hsv_to_rgb(np.column_stack([(index * GOLDEN) % 1, 0.45 + 0.2 * (index % 3) / 2, 0.95 - 0.15 * (index % 2)]))
+    """`(count, 3)` float64, RGB in [0, 1]. Neighbours differ: their hues are a golden ratio apart."""
+    hsv = [((k * GOLDEN_RATIO) % 1, 0.45 + 0.2 * (k % 3) / 2, 0.95 - 0.15 * (k % 2)) for k in range(count)]
+    rgb = [colorsys.hsv_to_rgb(hue, saturation, value) for hue, saturation, value in hsv]
+    return np.array(rgb, np.float64).reshape(count, 3)
 
 
 def scene_picture(

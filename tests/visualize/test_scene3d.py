@@ -4,6 +4,7 @@ import subprocess
 import sys
 
 import numpy as np
+from matplotlib.colors import rgb_to_hsv
 from PIL import Image
 
 from data_fetch import kitchen_like, torus
@@ -66,6 +67,17 @@ def test_colours_of_neighbours_differ():
     assert colours.min() >= 0
     assert colours.max() <= 1
     assert np.linalg.norm(np.diff(colours, axis=0), axis=1).min() > 0.2
+    assert scene3d.colours(0).shape == (0, 3)
+
+
+def test_hues_are_a_golden_ratio_apart():
+    hues = rgb_to_hsv(scene3d.colours(20))[:, 0]
+    assert np.allclose(np.diff(hues) % 1, (np.sqrt(5) - 1) / 2)
+
+
+def test_colours_need_no_matplotlib():
+    code = "import sys; sys.modules['matplotlib'] = None; from rasp_core.visualize import scene3d; scene3d.colours(3)"
+    subprocess.run([sys.executable, "-c", code], check=True)
 
 
 def test_a_stage_draws_other_poses_as_a_new_one_would():
