@@ -12,7 +12,7 @@ import numpy as np
 
 from ..art import anamorphic, texturing
 from ..art.sculpture import Sculpture
-from ..art.targets import from_files, from_text
+from ..art.targets import LEAST_RESOLUTION, from_files, from_text
 from ..art.views import cameras_for
 from ..geometry.meshes import Body
 from ..util.devices import resolve_device
@@ -215,6 +215,9 @@ def each_heap(
     progress,
 ) -> Iterator[SculptureResult]:
     """The heaps of `sculpt`, each as soon as it is made."""
+    for name, value, least in (("--resolution", resolution, LEAST_RESOLUTION), ("--count", count, 1)):
+        if value is not None and value < least:
+            raise InputError(f"{name} must be at least {least}, got {value}")
     if (targets is None) == (text is None):
         raise InputError("a sculpture needs pictures (targets) or words (text); give one of them")
     if text is not None and paint:
