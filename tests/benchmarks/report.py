@@ -12,7 +12,7 @@ import time
 
 import numpy as np
 import torch
-from conftest import case
+from cases import case
 
 from rasp_core import optimizer, query_points, silhouettes
 from rasp_core.problem import Settings

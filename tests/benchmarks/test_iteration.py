@@ -2,7 +2,7 @@
 
 import pytest
 import torch
-from conftest import PAPER, case
+from cases import PAPER, case
 
 from rasp_core import contact, losses, objective, optimizer, query_points, silhouettes
 from rasp_core.problem import Settings

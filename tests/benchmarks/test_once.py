@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 import trimesh
-from conftest import case, pool
+from cases import case, pool
 
 from rasp_core import poses
 from rasp_core.exact import certificate
@@ -19,7 +19,7 @@ import json, sys, time
 from pathlib import Path
 began = time.perf_counter()
 sys.path.insert(0, sys.argv[1])
-from conftest import case
+from cases import case
 from rasp_core.exact.certificate import certify
 from rasp_core.optimizer import optimize
 from rasp_core.problem import Settings

@@ -17,7 +17,7 @@ from PIL import Image
 from rasp_core.reproduce import figures
 from rasp_core.util.errors import InputError
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def notebook(root, name, code, tags=()):
