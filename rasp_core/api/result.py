@@ -6,19 +6,14 @@ One protocol for packing, assembly, art and the bare loop: `bodies`, `matrices`,
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..density import mesh_density
-from ..exact.certificate import Certificate
-from ..geometry.containers import Container
-from ..geometry.meshes import Body
-from ..optimizer import Arrangement
-from ..poses import Poses
+from ..exact.certified import Certified
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,43 +21,15 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class Result:
-    """Objects at poses in a container. arrangement : poses, silhouettes, targets, losses. certificate : what exact
-    booleans say. seconds : that it took."""
+class Result(Certified):
+    """Objects at poses in a container, certified. seconds : that it took."""
 
-    arrangement: Arrangement
-    certificate: Certificate
     seconds: float
-
-    @property
-    def bodies(self) -> Sequence[Body]:
-        """The objects, N of them."""
-        return self.arrangement.problem.bodies
-
-    @property
-    def container(self) -> Container:
-        """What they lie in."""
-        return self.arrangement.problem.container
-
-    @property
-    def matrices(self) -> np.ndarray:
-        """`(N, 4, 4)` float64: from each file's coordinates to the world, metres, column vectors."""
-        return self.arrangement.matrices
-
-    @property
-    def poses(self) -> Poses:
-        """Rotations `(N, 3, 3)` and translations `(N, 3)` of the objects' centres, to go on from."""
-        return self.arrangement.poses
 
     @property
     def history(self) -> np.ndarray:
         """`(I, 5)` losses, a row an iteration, columns `objective.LOSS_NAMES`."""
         return self.arrangement.history
-
-    @property
-    def density(self) -> float:
-        """Eq. 6: the objects' volume over the container's."""
-        return mesh_density(self.bodies, self.container)
 
     @property
     def verdict(self) -> str:

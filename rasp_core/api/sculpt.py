@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,7 +12,7 @@ import numpy as np
 
 from ..art import anamorphic, texturing
 from ..art.sculpture import Sculpture
-from ..art.targets import LEAST_RESOLUTION, from_files, from_text
+from ..art.targets import from_files, from_text
 from ..art.views import cameras_for
 from ..geometry.meshes import Body
 from ..util.devices import resolve_device
@@ -159,6 +159,7 @@ def sculpt(
     seed: int = 0,
     device: str = "auto",
     progress: bool = False,
+    each: Callable[[SculptureResult], object] | None = None,
 ) -> SculptureResult | SculptureRow:
     """Heap objects up, each as often as is wanted, so that each side shows another picture.
 
@@ -167,6 +168,7 @@ def sculpt(
     azimuths_deg, elevations_deg : of the views; 0 and 90, or 0, 120, 240, or 0, 45, 90, 135, level, if None.
     width : of the pictures in metres, chosen if None. count : objects, at most. resolution : pixels along a picture.
     time_limit : seconds after which no other width is tried. paint : the pictures' colours onto the heap.
+    each : called with each heap as soon as it is made.
 
     Raises InputError unless targets or text is given, and for views that do not match them.
 
@@ -176,58 +178,16 @@ def sculpt(
     >>> heap.certificate.holds, len(heap.arrangement.cameras)
     (True, 2)
     """
-    heaps = list(
-        each_heap(
-            parts,
-            targets,
-            text=text,
-            azimuths_deg=azimuths_deg,
-            elevations_deg=elevations_deg,
-            projection=projection,
-            width=width,
-            count=count,
-            resolution=resolution,
-            time_limit=time_limit,
-            paint=paint,
-            seed=seed,
-            device=device,
-            progress=progress,
-        )
-    )
-    return heaps[0] if len(heaps) == 1 else SculptureRow(heaps)
-
-
-def each_heap(
-    parts,
-    targets=None,
-    *,
-    text,
-    azimuths_deg,
-    elevations_deg,
-    projection,
-    width,
-    count,
-    resolution,
-    time_limit,
-    paint,
-    seed,
-    device,
-    progress,
-) -> Iterator[SculptureResult]:
-    """The heaps of `sculpt`, each as soon as it is made."""
-    for name, value, least in (("--resolution", resolution, LEAST_RESOLUTION), ("--count", count, 1)):
-        if value is not None and value < least:
-            raise InputError(f"{name} must be at least {least}, got {value}")
     if (targets is None) == (text is None):
         raise InputError("a sculpture needs pictures (targets) or words (text); give one of them")
     if text is not None and paint:
-        raise InputError("letters have no colours; --paint needs pictures, --targets")
+        raise InputError("letters have no colours to paint with; give pictures (targets)")
     cameras = cameras_for(len(targets or text), azimuths_deg, elevations_deg, width=width or 1.0, projection=projection)
     if targets is not None:
         wanted = [from_files(targets, resolution)]
     else:
         wanted = from_text(text, resolution, square=any(camera.elevation_deg for camera in cameras))
-    pool, chosen = as_bodies(parts), resolve_device(device)
+    pool, chosen, heaps = as_bodies(parts), resolve_device(device), []
     for target in wanted:
         began = time.monotonic()
         made = anamorphic.sculpt(
@@ -244,4 +204,7 @@ def each_heap(
         )
         painted = texturing.paint(made, target.colours) if paint else None
         seconds = time.monotonic() - began
-        yield SculptureResult(made.arrangement, made.certificate, seconds, made, str(chosen), painted)
+        heaps.append(SculptureResult(made.arrangement, made.certificate, seconds, made, str(chosen), painted))
+        if each is not None:
+            each(heaps[-1])
+    return heaps[0] if len(heaps) == 1 else SculptureRow(heaps)

@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from ..geometry.meshes import Body
+from ..geometry.surface_samples import surface_points
 from ..util.errors import InputError
 
 SAMPLES = 3000  # points of each part's surface
@@ -47,8 +48,7 @@ def measure(bodies: Sequence[Body], matrices: np.ndarray, truth: np.ndarray) -> 
     diagonal = float(np.linalg.norm(np.ptp(corners, axis=0)))
     rows = []
     for body, matrix, right in zip(bodies, matrices, truth, strict=True):
-        mesh = trimesh.Trimesh(body.placed(np.eye(4)), body.solid_faces, process=False)
-        points = np.asarray(trimesh.sample.sample_surface(mesh, SAMPLES, seed=0)[0])
+        points, _ = surface_points(body.placed(np.eye(4)), body.solid_faces, SAMPLES)
         there, here = trimesh.transform_points(points, home @ matrix), trimesh.transform_points(points, right)
         chamfer = (cKDTree(here).query(there)[0].mean() + cKDTree(there).query(here)[0].mean()) / 2
         moved = home @ matrix @ np.linalg.inv(right)

@@ -14,13 +14,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
-import trimesh
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from ..geometry import sdf
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
+from ..geometry.surface_samples import surface_points
 from . import point_pair_features
 from .scored_poses import ScoredPose, best_first, distinct, stack, unstack
 
@@ -74,7 +74,7 @@ class Part:
 
     def __init__(self, body: Body):
         self.body, self.grid = body, sdf.bake_cached(body)
-        self.points, self.normals = _surface(body, SETTINGS.part_points)
+        self.points, self.normals = surface_points(body.solid_vertices, body.solid_faces, SETTINGS.part_points)
         self.area = body.manifold.surface_area()
         self._stack = sdf.GridStack([self.grid])
 
@@ -103,7 +103,8 @@ class PartialAssembly:
         self.placed: list[tuple[Part, ScoredPose]] = []
         self._wall = whole.arrays(torch.float32)
         self._note_placed()
-        points, self.normals = _surface(whole.body, SETTINGS.whole_points)
+        body = whole.body
+        points, self.normals = surface_points(body.solid_vertices, body.solid_faces, SETTINGS.whole_points)
         self.boundary = points + whole.body.centre
         self._surface, self._outwards = cKDTree(self.boundary), self.normals
         self.owner = np.full(len(points), -1)
@@ -241,10 +242,3 @@ class PartialAssembly:
         if len(near):
             found[near] = part.signed_distance(local[near])[0] < self.contact
         return found
-
-
-def _surface(body: Body, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Points `(count, 3)` spread over a body's surface, in its frame, and their normals."""
-    mesh = trimesh.Trimesh(body.solid_vertices, body.solid_faces, process=False)
-    points, faces = trimesh.sample.sample_surface(mesh, count, seed=0)
-    return np.asarray(points), np.asarray(mesh.face_normals[faces])

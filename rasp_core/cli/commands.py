@@ -6,6 +6,7 @@ Everything heavy is imported where it is used, so that a wrong argument is answe
 from __future__ import annotations
 
 import argparse
+import itertools
 import sys
 from pathlib import Path
 
@@ -86,11 +87,24 @@ def art(options: argparse.Namespace) -> int:
     """Heap objects up so that each side shows another picture."""
     with loading():
         from ..api.run_folder import check_writable
-        from ..api.sculpt import each_heap
+        from ..api.sculpt import sculpt
 
     _check_time(options)
-    folder, holds = check_writable(options.out), True
-    heaps = each_heap(
+    folder = check_writable(options.out)
+    several = options.text is not None and len(options.text[0]) > 1
+    places = (folder / f"{number}" for number in itertools.count(1)) if several else iter([folder])
+
+    def keep(heap) -> None:
+        place = next(places)
+        heap.save(place, pictures=options.pictures)
+        lines = [*heap.warnings, *heap.certificate.lines()[:20]]
+        if heap.painted is not None:
+            lines.append(f"painted, {heap.paint_fit()}")
+        for line in lines:
+            print(f"rasp: {line}", file=sys.stderr)
+        print(f"{place}: {heap.headline().removeprefix('Sculpture of ')}")
+
+    made = sculpt(
         options.objects,
         options.targets,
         text=options.text,
@@ -105,19 +119,9 @@ def art(options: argparse.Namespace) -> int:
         seed=options.seed,
         device=options.device,
         progress=True,
+        each=keep,
     )
-    several = options.text is not None and len(options.text[0]) > 1
-    for number, heap in enumerate(heaps):
-        place = folder / f"{number + 1}" if several else folder
-        heap.save(place, pictures=options.pictures)
-        lines = [*heap.warnings, *heap.certificate.lines()[:20]]
-        if heap.painted is not None:
-            lines.append(f"painted, {heap.paint_fit()}")
-        for line in lines:
-            print(f"rasp: {line}", file=sys.stderr)
-        print(f"{place}: {heap.headline().removeprefix('Sculpture of ')}")
-        holds = holds and heap.certificate.holds
-    return 0 if holds else 1
+    return 0 if all(heap.certificate.holds for heap in (made if several else [made])) else 1
 
 
 def sweep(options: argparse.Namespace) -> int:

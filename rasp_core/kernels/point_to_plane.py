@@ -12,10 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from .frames import matrix, rotate, rotate_back
 from .grid import sample_inline, wall_distance
-
-# written into the loops: a function that is given arrays for each point costs ten times as much
-_inline = njit(inline="always", error_model="numpy")
 
 
 class Surface(NamedTuple):
@@ -59,37 +57,25 @@ def coverage(part, rotation, translation, whole, placed, skip, contact):
     nearer it is, and outside, beyond a surface by more than the contact's distance.
     """
     covered, outside = np.zeros(len(rotation)), np.zeros(len(rotation))
-    points, normals = part  # tuples are taken apart first: a look into one at each point costs as much as the rest
-    wall, matched = whole
-    grids, half, _, turns, centres = placed
     near, least = contact
-    own = _radius(points)
+    count, own = len(part.points), _radius(part.points)
+    met = np.empty((1 + len(placed.radius), count, 5))
     for b in range(len(rotation)):
-        r, t = rotation[b], translation[b]
-        others = _nearby(placed, skip, t, own + near)
-        for p in range(len(points)):
-            ax, ay, az = _turned(r, points, p)
-            nx, ny, nz = _turned(r, normals, p)
+        others = _nearby(placed, skip, translation[b], own + near)
+        _measure(part, rotation, translation, b, whole, placed, others, near, met)
+        for p in range(count):
             best, leaves = 0.0, 0.0
-            for m in range(-1, len(others)):
-                x, y, z = ax + t[0], ay + t[1], az + t[2]
-                if m < 0:
-                    distance, gx, gy, gz = wall_distance(wall, x, y, z)
-                    cosine = nx * gx + ny * gy + nz * gz if matched else -1.0
-                    wrong = distance > 0
-                else:
-                    distance, gx, gy, gz = _to_placed(grids, half, turns, centres, others[m], near, x, y, z)
-                    cosine = -(nx * gx + ny * gy + nz * gz)
-                    wrong = distance < 0
-                close = abs(distance) < near
-                if close and cosine > least:
-                    best = max(best, 1 - abs(distance) / near)
-                if wrong and not close:
+            for m in range(1 + len(others)):
+                beyond = met[m, p, 0]
+                close = abs(beyond) < near
+                if close and met[m, p, 4] > least:
+                    best = max(best, 1 - abs(beyond) / near)
+                if beyond > 0 and not close:
                     leaves = 1.0
             covered[b] += best
             outside[b] += leaves
-        covered[b] /= len(points)
-        outside[b] /= len(points)
+        covered[b] /= count
+        outside[b] /= count
     return covered, outside
 
 
@@ -103,38 +89,61 @@ def normal_equations(part, rotation, translation, whole, placed, skip, contact):
     """
     square, slope = np.zeros((len(rotation), 6, 6)), np.zeros((len(rotation), 6))
     rows, row = np.zeros(len(rotation)), np.empty(6)
-    points, normals = part
-    wall, matched = whole
-    grids, half, _, turns, centres = placed
     near, least = contact
-    own = _radius(points)
+    points, own = part.points, _radius(part.points)
+    met = np.empty((1 + len(placed.radius), len(points), 5))
     for b in range(len(rotation)):
-        r, t = rotation[b], translation[b]
-        others = _nearby(placed, skip, t, own + near)
+        others = _nearby(placed, skip, translation[b], own + near)
+        _measure(part, rotation, translation, b, whole, placed, others, near, met)
+        r = matrix(rotation, b)
         for p in range(len(points)):
-            ax, ay, az = _turned(r, points, p)
-            nx, ny, nz = _turned(r, normals, p)
-            for m in range(-1, len(others)):
-                x, y, z = ax + t[0], ay + t[1], az + t[2]
-                if m < 0:
-                    distance, gx, gy, gz = wall_distance(wall, x, y, z)
-                    cosine = nx * gx + ny * gy + nz * gz if matched else -1.0
-                    wrong = distance > 0
-                else:
-                    distance, gx, gy, gz = _to_placed(grids, half, turns, centres, others[m], near, x, y, z)
-                    cosine = -(nx * gx + ny * gy + nz * gz)
-                    wrong = distance < 0
-                if not (wrong or (abs(distance) < near and cosine > least)):
+            x, y, z = rotate(r, points[p, 0], points[p, 1], points[p, 2])
+            for m in range(1 + len(others)):
+                beyond, gx, gy, gz = met[m, p, 0], met[m, p, 1], met[m, p, 2], met[m, p, 3]
+                if not (beyond > 0 or (abs(beyond) < near and met[m, p, 4] > least)):
                     continue
-                row[0], row[1], row[2] = ay * gz - az * gy, az * gx - ax * gz, ax * gy - ay * gx
+                row[0], row[1], row[2] = y * gz - z * gy, z * gx - x * gz, x * gy - y * gx
                 row[3], row[4], row[5] = gx, gy, gz
-                weight = 1 / (1 + (distance / near) ** 2)
+                weight = 1 / (1 + (beyond / near) ** 2)
                 rows[b] += 1
                 for i in range(6):
-                    slope[b, i] += weight * distance * row[i]
+                    slope[b, i] += weight * beyond * row[i]
                     for j in range(6):
                         square[b, i, j] += weight * row[i] * row[j]
     return square, slope, rows
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _measure(part, rotation, translation, pose, whole, placed, others, near, met):
+    """Fill `met` `(1 + M, P, 5)`: each point against the wall, then against the placed parts numbered `others`.
+
+    First how far the point is beyond that surface, in metres, where it must not be: outside the whole, inside a placed
+    part; -inf, and nothing more, if the placed part's box is not near. Then the gradient of that, and the cosine
+    between the gradient and the point's normal: 1 if the surfaces lie on each other.
+    """
+    points, normals = part  # tuples are taken apart first: a look into one at each point costs as much as the rest
+    wall, matched = whole
+    grids, half, _, turns, centres = placed
+    r = matrix(rotation, pose)
+    tx, ty, tz = translation[pose, 0], translation[pose, 1], translation[pose, 2]
+    for p in range(len(points)):
+        x, y, z = rotate(r, points[p, 0], points[p, 1], points[p, 2])
+        nx, ny, nz = rotate(r, normals[p, 0], normals[p, 1], normals[p, 2])
+        x, y, z = x + tx, y + ty, z + tz
+        distance, gx, gy, gz = wall_distance(wall, x, y, z)
+        met[0, p, 0], met[0, p, 1], met[0, p, 2], met[0, p, 3] = distance, gx, gy, gz
+        met[0, p, 4] = nx * gx + ny * gy + nz * gz if matched else -1.0
+        for m in range(len(others)):
+            k = others[m]
+            q = matrix(turns, k)
+            lx, ly, lz = rotate_back(q, x - centres[k, 0], y - centres[k, 1], z - centres[k, 2])
+            if abs(lx) >= half[k, 0] + near or abs(ly) >= half[k, 1] + near or abs(lz) >= half[k, 2] + near:
+                met[m + 1, p, 0] = -math.inf
+                continue
+            distance, sx, sy, sz = sample_inline(grids, k, lx, ly, lz)
+            gx, gy, gz = rotate(q, -sx, -sy, -sz)
+            met[m + 1, p, 0], met[m + 1, p, 1], met[m + 1, p, 2], met[m + 1, p, 3] = -distance, gx, gy, gz
+            met[m + 1, p, 4] = nx * gx + ny * gy + nz * gz
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -156,29 +165,3 @@ def _nearby(placed, skip, t, reach):
             found[count] = k
             count += 1
     return found[:count]
-
-
-@_inline
-def _turned(r, rows, p):
-    x, y, z = rows[p, 0], rows[p, 1], rows[p, 2]
-    return (
-        r[0, 0] * x + r[0, 1] * y + r[0, 2] * z,
-        r[1, 0] * x + r[1, 1] * y + r[1, 2] * z,
-        r[2, 0] * x + r[2, 1] * y + r[2, 2] * z,
-    )
-
-
-@_inline
-def _to_placed(grids, half, r, t, k, near, x, y, z):
-    """Signed distance of a world point to the placed part k, and its gradient; infinite if its box is not near."""
-    dx, dy, dz = x - t[k, 0], y - t[k, 1], z - t[k, 2]
-    lx = r[k, 0, 0] * dx + r[k, 1, 0] * dy + r[k, 2, 0] * dz
-    ly = r[k, 0, 1] * dx + r[k, 1, 1] * dy + r[k, 2, 1] * dz
-    lz = r[k, 0, 2] * dx + r[k, 1, 2] * dy + r[k, 2, 2] * dz
-    distance, gx, gy, gz = math.inf, 0.0, 0.0, 0.0
-    if abs(lx) < half[k, 0] + near and abs(ly) < half[k, 1] + near and abs(lz) < half[k, 2] + near:
-        distance, sx, sy, sz = sample_inline(grids, k, lx, ly, lz)
-        gx = r[k, 0, 0] * sx + r[k, 0, 1] * sy + r[k, 0, 2] * sz
-        gy = r[k, 1, 0] * sx + r[k, 1, 1] * sy + r[k, 1, 2] * sz
-        gz = r[k, 2, 0] * sx + r[k, 2, 1] * sy + r[k, 2, 2] * sz
-    return distance, gx, gy, gz

@@ -120,7 +120,7 @@ class _Run:
 
     def fixed(self) -> Packing:
         self._round(self.settings)
-        return Packing(self.arrangement, self.chosen, self.certificate, self.arrangement.history, self.rounds)
+        return Packing(self.arrangement, self.certificate, self.chosen, self.arrangement.history, self.rounds)
 
     def search(self) -> Packing:
         length = max(1, round(TUNING.first_round_of_iterations * self.settings.iterations))

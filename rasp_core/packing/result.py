@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
-from ..density import mesh_density
-from ..exact.certificate import TOLERANCE, Certificate, certify
+from ..exact.certificate import TOLERANCE, certify
+from ..exact.certified import Certified
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
 from ..objective import LOSS_NAMES
@@ -21,7 +21,7 @@ from ..util.errors import InputError
 
 
 @dataclass(frozen=True)
-class Packing:
+class Packing(Certified):
     """A packing of some of a pool's objects.
 
     chosen : indices into the pool, in the order of `bodies`.
@@ -29,41 +29,9 @@ class Packing:
     rounds : what each round left, for the record.
     """
 
-    arrangement: Arrangement
     chosen: list[int]
-    certificate: Certificate
     history: np.ndarray
     rounds: list[dict]
-
-    @property
-    def bodies(self) -> Sequence[Body]:
-        """The objects that were packed."""
-        return self.arrangement.problem.bodies
-
-    @property
-    def container(self) -> Container:
-        """What they lie in."""
-        return self.arrangement.problem.container
-
-    @property
-    def matrices(self) -> np.ndarray:
-        """`(N, 4, 4)` float64: from each file's coordinates to the world."""
-        return self.arrangement.matrices
-
-    @property
-    def poses(self) -> Poses:
-        """Of the bodies' centres, metres, world."""
-        return self.arrangement.poses
-
-    @property
-    def images(self) -> np.ndarray:
-        """`(K, H, H)` float32 silhouettes in [0, 1], row 0 on top, one for each view."""
-        return self.arrangement.images
-
-    @property
-    def density(self) -> float:
-        """Eq. 6: the objects' volume over the container's."""
-        return mesh_density(self.bodies, self.container)
 
 
 def finish(
@@ -103,4 +71,4 @@ def finish(
         interrupted=interrupted,
     )
     certificate = certify(problem.bodies, arrangement.matrices, container, TOLERANCE)
-    return Packing(arrangement, list(chosen), certificate, losses, list(rounds))
+    return Packing(arrangement, certificate, list(chosen), losses, list(rounds))

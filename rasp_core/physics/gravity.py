@@ -21,7 +21,7 @@ from ..geometry.containers import Container
 from ..geometry.meshes import Body
 from ..packing.layout import Layout
 from ..packing.separation import Separation
-from ..poses import Poses, file_to_world
+from ..poses import Poses, degrees_between, file_to_world
 from ..problem import Settings
 from ..util import o3d
 from ..util.errors import InputError
@@ -128,8 +128,7 @@ def settle(bodies: Sequence[Body], matrices: np.ndarray, container: Container, s
             placed = _placed(bodies, separated.poses)
             certificate = certify(bodies, placed, container)
     centres = [_centres(bodies, m) for m in (matrices, placed)]
-    trace = np.einsum("nij,nij->n", matrices[:, :3, :3], placed[:, :3, :3])
-    turned = np.degrees(np.arccos(np.clip((trace - 1) / 2, -1, 1)))
+    turned = degrees_between(*(torch.from_numpy(m[:, :3, :3]) for m in (matrices, placed))).numpy()
     moved = np.linalg.norm(centres[1] - centres[0], axis=1)
     return Settled(placed, moved, turned, at_rest, step * SIMULATION.step_seconds, soft_faults, certificate)
 

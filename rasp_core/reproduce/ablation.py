@@ -9,6 +9,7 @@ import trimesh
 
 from ..exact.certificate import certify
 from ..geometry.meshes import Body
+from ..geometry.surface_samples import surface_points
 from ..optimizer import Arrangement, optimize
 from ..packing import initialization, methods
 from ..problem import Problem, Settings
@@ -58,8 +59,7 @@ def mean_gap(bodies: Sequence[Body], matrices: np.ndarray, samples: int = SAMPLE
     for body in bodies:
         if body.digest not in known:
             scene = o3d.caster([(body.solid_vertices, body.solid_faces)])
-            mesh = trimesh.Trimesh(body.solid_vertices, body.solid_faces, process=False)
-            known[body.digest] = scene, trimesh.sample.sample_surface(mesh, samples, seed=0)[0]
+            known[body.digest] = scene, surface_points(body.solid_vertices, body.solid_faces, samples)[0]
     total = 0.0
     for i, body in enumerate(bodies):
         own = matrices[i].copy()

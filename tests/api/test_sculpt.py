@@ -58,7 +58,7 @@ def test_pictures_are_painted_and_shown(tmp_path):
         ({"text": ["A", "B"], "targets": ["a.png", "b.png"]}, "give one of them"),
         ({"text": ["A", "B"], "paint": True}, "letters have no colours"),
         ({"text": ["A", "B"], "resolution": 8}, "at least 32"),
-        ({"text": ["A", "B"], "count": 0}, "at least 1"),
+        ({"text": ["A", "B"], "count": 0}, "at least one object, got a count of 0"),
         ({"text": ["A", "B"], "azimuths_deg": [0, 1, 2]}, "needs an azimuth and an elevation"),
     ],
 )
