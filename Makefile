@@ -3,6 +3,8 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+# a worker a core, up to four, each on one thread; a file or a notebook stays with one worker
+TEST := OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --maxprocesses 4 --dist loadfile
 BENCH ?= bench.json
 OLD ?= tests/benchmarks/reference.json
 NEW ?= $(BENCH)
@@ -34,8 +36,8 @@ api: $(READY) ## write the API reference into out/api
 	$(BIN)/pdoc --output-directory out/api rasp_core data_fetch
 
 test: lint ## ruff, unit tests, notebooks
-	$(BIN)/python -m pytest
-	$(BIN)/python -m pytest --nbval-lax --nbval-current-env notebooks
+	$(TEST)
+	$(TEST) --nbval-lax --nbval-current-env notebooks
 
 lint: $(READY) ## ruff check and format check
 	$(BIN)/ruff check .
