@@ -7,7 +7,14 @@ that this line is quick. The paper's method is in the files beside this one: `ob
 `density` (Eq. 6), `optimizer` (the loop). Everything else is in rooms.
 """
 
+import importlib
+
 import lazy_loader
 
 __version__ = "0.1.0"
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+_door, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+_OLD_PLACES = {"errors": ".util.errors", "meshes": ".geometry.loading"}  # scripts from before the rooms name these
+
+
+def __getattr__(name: str):
+    return importlib.import_module(_OLD_PLACES[name], __name__) if name in _OLD_PLACES else _door(name)

@@ -35,7 +35,7 @@ def data() -> Path:
 @pytest.fixture(scope="session")
 def kitchen(data):
     """The 106 Kitchen bodies."""
-    from rasp_core.geometry.meshes import load_bodies
+    from rasp_core.geometry.loading import load_bodies
 
     return load_bodies([data / "kitchen"])
 

@@ -22,7 +22,7 @@ from pathlib import Path
 import trimesh
 
 from rasp_core.cli.main import main
-from rasp_core.geometry.meshes import MESH_SUFFIXES
+from rasp_core.geometry.loading import MESH_SUFFIXES
 
 SECONDS = 10
 MEMORY = 2 * 2**30

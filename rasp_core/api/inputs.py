@@ -5,15 +5,29 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from ..geometry import containers, meshes
+from ..geometry import containers
 from ..geometry.containers import Container, FreeBox
+from ..geometry.loading import Reading, load_bodies
 from ..geometry.meshes import Body
 
 
-def load(files: str | Path | Iterable[str | Path]) -> list[Body]:
+def load(
+    files: str | Path | Iterable[str | Path],
+    *,
+    unit: str = "m",
+    repair: str = "close",
+    together: bool = False,
+    split: bool = False,
+) -> list[Body]:
     """The solid objects in mesh files (.obj .stl .ply .off .glb .3mf), or in folders of them, sorted by name; metres.
 
-    Raises MeshError for a file that bounds no solid, and InputError for one that is not there.
+    unit : of files that state none, mm, cm, m or inch; a 3MF states its own, a GLB is in metres. repair : "none"
+    refuses a surface with holes, "close" closes small ones, "wrap" makes a solid of any sheet or soup. Parts of a file
+    (build items of a 3MF, nodes of a GLB, objects of an OBJ, solids of an ASCII STL) are objects of their own, but
+    together : one for each file; split : pieces that do not touch are objects, too.
+
+    What was done to a file is in `body.notes` and a MeshWarning. Raises MeshError for a file that bounds no solid, and
+    InputError for one that is not there.
 
     >>> import rasp_core as rasp, tempfile, trimesh
     >>> folder = tempfile.mkdtemp()
@@ -22,7 +36,8 @@ def load(files: str | Path | Iterable[str | Path]) -> list[Body]:
     >>> brick.name, round(brick.volume, 6)
     ('brick', 0.006)
     """
-    return meshes.load_bodies([files] if isinstance(files, str | Path) else list(files))
+    paths = [files] if isinstance(files, str | Path) else list(files)
+    return load_bodies(paths, Reading(unit=unit, repair=repair, together=together, split=split))
 
 
 def box(x: float, y: float, z: float) -> Container:

@@ -107,7 +107,14 @@ def describe(arrangement: Arrangement, certificate: Certificate, history: np.nda
     final = history[-1] if len(history) else np.zeros(len(LOSS_NAMES))
     return {
         "objects": [
-            {"name": body.name, "volume": body.volume, "sha256": body.digest, "pose": matrix.tolist()}
+            {
+                "name": body.name,
+                "source": body.source,
+                "volume": body.volume,
+                "sha256": body.digest,
+                "pose": matrix.tolist(),
+                "repair": list(body.notes),
+            }
             for body, matrix in zip(bodies, arrangement.matrices, strict=True)
         ],
         "container": {

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from ..geometry.meshes import Body
-from ..geometry.surface_samples import surface_points
+from ..geometry.surface_points import surface_points
 from ..util.errors import InputError
 
 SAMPLES = 3000  # points of each part's surface

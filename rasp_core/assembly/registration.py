@@ -20,7 +20,7 @@ from scipy.spatial.transform import Rotation
 from ..geometry import sdf
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
-from ..geometry.surface_samples import surface_points
+from ..geometry.surface_points import surface_points
 from . import point_pair_features
 from .scored_poses import ScoredPose, best_first, distinct, stack, unstack
 

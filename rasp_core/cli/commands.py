@@ -31,12 +31,14 @@ def pack(options: argparse.Namespace) -> int:
     method = _method(options, _given(options, "time_limit", "effort", *SETTINGS) | _counted(count))
     bodies, container, scale = methods.load(
         objects=options.objects,
-        container=options.container,
+        container=_container(options),
         repeat=options.repeat,
         fit_objects=options.fit_objects,
         seed=options.seed,
         azimuths_deg=options.azimuths_deg,
         elevations_deg=options.elevations_deg,
+        reading=_reading(options),
+        progress=True,
     )
     packed = pack_parts(
         bodies,
@@ -48,7 +50,7 @@ def pack(options: argparse.Namespace) -> int:
         effort=options.effort,
         device=options.device,
         progress=True,
-        **_given(options, *SETTINGS),
+        **_given(options, *SETTINGS) | _lengths(options, "epsilon"),
     )
     print(f"rasp: {_removal(packed.removal)}", file=sys.stderr)
     settled = packed.settle() if options.settle else None
@@ -64,15 +66,17 @@ def assemble(options: argparse.Namespace) -> int:
     with loading():
         from ..api.assemble import assemble as assemble_parts
         from ..api.run_folder import check_writable
+        from ..geometry.loading import load_bodies, load_body
 
     folder = check_writable(options.out)
+    reading = _reading(options)
     assembled = assemble_parts(
-        options.parts,
-        options.whole,
+        load_bodies(options.parts, reading),
+        None if options.whole is None else load_body(options.whole, reading),
         silhouettes=options.silhouettes,
         azimuths_deg=options.azimuths_deg,
         elevations_deg=options.elevations_deg,
-        width=options.width,
+        width=_lengths(options, "width").get("width"),
         seed=options.seed,
         progress=True,
     )
@@ -88,6 +92,7 @@ def art(options: argparse.Namespace) -> int:
     with loading():
         from ..api.run_folder import check_writable
         from ..api.sculpt import sculpt
+        from ..geometry.loading import load_bodies
 
     _check_time(options)
     folder = check_writable(options.out)
@@ -105,13 +110,13 @@ def art(options: argparse.Namespace) -> int:
         print(f"{place}: {heap.headline().removeprefix('Sculpture of ')}")
 
     made = sculpt(
-        options.objects,
+        load_bodies(options.objects, _reading(options), progress=True),
         options.targets,
         text=options.text,
         azimuths_deg=options.azimuths_deg,
         elevations_deg=options.elevations_deg,
         projection=options.projection,
-        width=options.width,
+        width=_lengths(options, "width").get("width"),
         count=options.count,
         resolution=options.resolution,
         time_limit=options.time_limit,
@@ -127,8 +132,10 @@ def art(options: argparse.Namespace) -> int:
 def sweep(options: argparse.Namespace) -> int:
     """Pack with many seeds and weights at once."""
     import csv
+    from dataclasses import asdict
 
     with loading():
+        from ..geometry.loading import METRES
         from ..packing import methods
         from ..problem import Settings
         from .sweep import grid
@@ -138,19 +145,21 @@ def sweep(options: argparse.Namespace) -> int:
     if options.seeds < 1:
         raise InputError(f"--seeds must be positive, got {options.seeds}")
     count, given, weights = _count(options.count), _given(options, *SWEPT), _given(options, "lambda_", "epsilon")
+    weights |= _lengths(options, "epsilon")
     method = _method(options, {**given, **weights} | _counted(count))
     if method == "paper":
         weights = {"lambda_": [Settings.lambda_], "epsilon": [Settings.epsilon]} | weights
     varied = grid(**weights, seed=range(options.seeds))
-    named = options.container.startswith(("box:", "auto"))
     fixed = {
         "objects": [str(Path(path).resolve()) for path in options.objects],
-        "container": options.container if named else str(Path(options.container).resolve()),
+        "container": _container(options, str(Path(options.container).resolve())),
         "method": method,
         "device": options.device,
         **given,
         **_counted(count),
     }
+    if (reading := _reading(options)) != METRES:
+        fixed["reading"] = asdict(reading)
     runs = [fixed | run for run in varied]
     found = sweep_all(methods.pack, runs, options.out, options.workers, options.scheduler, progress=True)
     with whole(options.out / "sweep.csv") as part, part.open("w", newline="") as file:
@@ -224,10 +233,34 @@ def _method(options: argparse.Namespace, given: dict) -> str:
     from ..packing import methods
 
     free = options.container.split(":")[0] == "auto"
-    box = containers.parse(options.container) if free else None
+    box = containers.parse(options.container, _reading(options)) if free else None
     method = methods.resolve_method(options.method, box)
     methods.refuse_ignored(method, given, box)
     return method
+
+
+def _container(options: argparse.Namespace, path: str | None = None) -> str:
+    """The container's description, as `containers.parse` has it; path : of a mesh, as it was given if None."""
+    if options.container.startswith(("box:", "auto")):
+        if options.cavity:
+            raise InputError(f"--cavity needs a vessel's mesh, got {options.container}; leave it out")
+        return options.container
+    return ("cavity:" if options.cavity else "") + (path or options.container)
+
+
+def _reading(options: argparse.Namespace):
+    """What files and lengths mean: a `loading.Reading`."""
+    from ..geometry.loading import Reading
+
+    return Reading(options.unit, options.repair, options.together, options.split)
+
+
+def _lengths(options: argparse.Namespace, name: str) -> dict:
+    """A length that is given, or several, in metres; empty if it is not."""
+    value, metres = getattr(options, name), _reading(options).metres
+    if value is None:
+        return {}
+    return {name: [one * metres for one in value] if isinstance(value, list) else value * metres}
 
 
 def _check_time(options: argparse.Namespace) -> None:

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import argparse
 import sys
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import NoReturn
 
 from .. import __version__
-from ..util.errors import InputError
+from ..util.errors import InputError, MeshWarning
 from . import commands
 
 
@@ -28,7 +29,10 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command line; returns the exit status."""
     options = _parser().parse_args(arguments)
     try:
-        return options.run(options)
+        with warnings.catch_warnings():
+            warnings.simplefilter("always", MeshWarning)
+            warnings.showwarning = _show
+            return options.run(options)
     except InputError as error:
         print(f"rasp: {' '.join(str(error).split())}", file=sys.stderr)
         return 2
@@ -45,6 +49,14 @@ def main(arguments: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("rasp: interrupted; nothing was written", file=sys.stderr)
         return 130
+
+
+def _show(message, category, filename, lineno, file=None, line=None) -> None:
+    """What is said of a file, as a line of ours; other warnings as Python prints them."""
+    if issubclass(category, MeshWarning):
+        print(f"rasp: {message}", file=sys.stderr)
+    else:
+        print(warnings.formatwarning(message, category, filename, lineno, line), end="", file=sys.stderr)
 
 
 def _within(least: int, most: int) -> Callable[[str], int]:
@@ -73,7 +85,7 @@ def _parser() -> _Parser:
     pack = added.add_parser("pack", help="pack objects into a container")
     _add_problem(pack)
     pack.add_argument("--lambda", dest="lambda_", type=float, help="weight of Eq. 5 (default: 0.001)")
-    pack.add_argument("--epsilon", type=float, help="depth of Eq. 5 in metres (default: 0.01)")
+    pack.add_argument("--epsilon", type=float, help="depth of Eq. 5, a length (default: 0.01 m)")
     pack.add_argument("--seed", type=_seed, default=0)
     pack.add_argument("--settle", action="store_true", help="let the packing fall under gravity, and judge it anew")
     pack.add_argument("--out", type=Path, default=Path("out"), help="the run's folder (default: out)")
@@ -83,7 +95,7 @@ def _parser() -> _Parser:
     _add_problem(sweep)
     sweep.add_argument("--seeds", type=int, default=8, metavar="N", help="the seeds 0 to N - 1 (default: 8)")
     sweep.add_argument("--lambda", dest="lambda_", type=float, nargs="+", help="one or more (default: 0.001)")
-    sweep.add_argument("--epsilon", type=float, nargs="+", help="one or more, in metres (default: 0.01)")
+    sweep.add_argument("--epsilon", type=float, nargs="+", help="one or more lengths (default: 0.01 m)")
     sweep.add_argument("--workers", type=int, help="local processes (default: one for each core)")
     sweep.add_argument("--scheduler", metavar="ADDRESS", help="a running Dask cluster instead, tcp://HOST:8786")
     sweep.add_argument("--out", type=Path, default=Path("out"), help="finished runs are kept here (default: out)")
@@ -97,25 +109,27 @@ def _parser() -> _Parser:
     assemble.add_argument(
         "parts", nargs="+", metavar="PARTS", help="mesh files or folders of them; poses do not matter"
     )
+    _add_reading(assemble)
     whole = assemble.add_mutually_exclusive_group(required=True)
-    whole.add_argument("--whole", metavar="FILE", help="the whole's mesh, closed, in the same unit")
+    whole.add_argument("--whole", metavar="FILE", help="the whole's mesh, closed")
     whole.add_argument("--silhouettes", nargs="+", metavar="PNG", help="pictures of the whole, one for each view")
     assemble.add_argument("--azimuths-deg", type=float, nargs="+", default=[0, 90, 0], help="(default: 0 90 0)")
     assemble.add_argument("--elevations-deg", type=float, nargs="+", default=[0, 0, 90], help="(default: 0 0 90)")
-    assemble.add_argument("--width", type=float, help="of the silhouettes' edges, in the parts' unit")
+    assemble.add_argument("--width", type=float, help="of the silhouettes' edges")
     assemble.add_argument("--seed", type=_seed, default=0)
     assemble.add_argument("--out", type=Path, default=Path("out"), help="the run's folder (default: out)")
     assemble.set_defaults(run=commands.assemble)
 
     art = added.add_parser("art", help="heap objects up so that each side shows another picture")
     art.add_argument("objects", nargs="+", metavar="OBJECTS", help="mesh files or folders of them, to be repeated")
+    _add_reading(art)
     shown = art.add_mutually_exclusive_group(required=True)
     shown.add_argument("--targets", nargs="+", metavar="PNG", help="two to four pictures, one for each view")
     shown.add_argument("--text", nargs="+", metavar="WORD", help="as long as each other: a heap for each place in them")
     art.add_argument("--azimuths-deg", type=float, nargs="+", help="(default: 0 90; 0 120 240; 0 45 90 135)")
     art.add_argument("--elevations-deg", type=float, nargs="+", help="(default: 0 each)")
     art.add_argument("--projection", default="orthographic", choices=["orthographic", "perspective"])
-    art.add_argument("--width", type=float, help="of the pictures, in the objects' unit (default: chosen)")
+    art.add_argument("--width", type=float, help="of the pictures (default: chosen)")
     art.add_argument("--count", type=int, help="objects, at most (default: as many as are needed)")
     art.add_argument("--resolution", type=_pixels, default=512, help="pixels along a picture (default: 512)")
     art.add_argument(
@@ -140,12 +154,25 @@ def _parser() -> _Parser:
     return parser
 
 
+def _add_reading(parser: argparse.ArgumentParser) -> None:
+    """What mesh files and lengths mean."""
+    parser.add_argument(
+        "--unit", default="m", help="of lengths, and of files that state none: mm, cm, m, inch (default: m)"
+    )
+    parser.add_argument(
+        "--repair", default="close", help="none; close: small holes (default); wrap: any sheet or soup, on a grid"
+    )
+    parts = parser.add_mutually_exclusive_group()
+    parts.add_argument("--together", action="store_true", help="a file of several parts is one object")
+    parts.add_argument("--split", action="store_true", help="pieces of a file that do not touch are objects, too")
+
+
 def _add_problem(parser: argparse.ArgumentParser) -> None:
     """The arguments that one packing and many have in common."""
-    parser.add_argument("objects", nargs="+", metavar="OBJECTS", help="mesh files or folders of them, in metres")
-    parser.add_argument(
-        "--container", required=True, help="box:X,Y,Z in metres; a closed mesh; auto, auto:cube or auto:X,Y,*"
-    )
+    parser.add_argument("objects", nargs="+", metavar="OBJECTS", help="mesh files or folders of them")
+    parser.add_argument("--container", required=True, help="box:X,Y,Z; a closed mesh; auto, auto:cube or auto:X,Y,*")
+    parser.add_argument("--cavity", action="store_true", help="pack into what the container's mesh holds, not its wall")
+    _add_reading(parser)
     parser.add_argument("--azimuths-deg", type=float, nargs="+", help="of the views (default: 3 of a box, 5 of a mesh)")
     parser.add_argument("--elevations-deg", type=float, nargs="+", help="as many as --azimuths-deg")
     parser.add_argument("--count", default="auto", help="auto (search), or exactly how many to arrange")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +11,14 @@ import torch
 import trimesh
 from torch import Tensor
 
-from ..util.errors import InputError
+from ..util.errors import InputError, MeshError
 from . import sdf
 from .cameras import Camera, box_views, spread_views
-from .meshes import Body, load_body, make_body
+from .cavities import cavity
+from .loading import METRES, Reading, load_body
+from .meshes import Body, make_body
 
+CAVITY = "cavity:"  # before a vessel's path
 MARGIN = 1.1  # the viewing volume's edge over the largest distance that the container spans in it
 
 
@@ -107,9 +110,21 @@ def box(size: Sequence[float]) -> Container:
     return Container(make_body("container", mesh.vertices, mesh.faces), edges)
 
 
-def from_mesh(path: str | Path) -> Container:
-    """A container from a mesh file, in the file's coordinates. Raises MeshError where it bounds no solid."""
-    return Container(load_body(path))
+def from_mesh(path: str | Path, reading: Reading = METRES) -> Container:
+    """A container from a mesh file, in the file's coordinates. Raises MeshError if it bounds no solid."""
+    return Container(load_body(path, reading))
+
+
+def cavity_of(path: str | Path, reading: Reading = METRES) -> Container:
+    """What a vessel's mesh holds, in the file's coordinates: its cavities, or what a surface without thickness encloses
+    up to its rim. Raises MeshError if it holds nothing."""
+    try:
+        inside = cavity(load_body(path, reading))
+    except MeshError:
+        inside = load_body(path, replace(reading, repair="cap"))
+    if inside is None:
+        raise MeshError(f"{path}: has no cavity; leave out --cavity to pack into the solid itself")
+    return Container(inside)
 
 
 @dataclass(frozen=True)
@@ -134,26 +149,28 @@ class FreeBox:
         return np.array([free if edge is None else edge for edge in self.edges])
 
 
-def parse(text: str) -> Container | FreeBox:
+def parse(text: str, reading: Reading = METRES) -> Container | FreeBox:
     """A container from its description.
 
-    `box:0.32,0.32,0.30` (metres), `auto`, `auto:cube` or `auto:0.32,0.32,*` (a box to be found, * its free edges), or
-    the path of a mesh. Raises InputError with the remedy.
+    `box:0.32,0.32,0.30` (in the reading's unit), `auto`, `auto:cube` or `auto:0.32,0.32,*` (a box to be found, * its
+    free edges), the path of a mesh, or `cavity:` and the path of a vessel's mesh. Raises InputError with the remedy.
     """
     if text == "auto" or text.startswith("auto:"):
-        return _parse_free(text)
+        return _parse_free(text, reading.metres)
+    if text.startswith(CAVITY):
+        return cavity_of(text.removeprefix(CAVITY), reading)
     if not text.startswith("box:"):
-        return from_mesh(text)
+        return from_mesh(text, reading)
     try:
         edges = [float(word) for word in text[4:].split(",")]
     except ValueError:
         edges = []
     if len(edges) != 3:
         raise InputError(f"container {text!r} is not a box; write box:0.32,0.32,0.30 (three edges in metres)")
-    return box(edges)
+    return box([edge * reading.metres for edge in edges])
 
 
-def _parse_free(text: str) -> FreeBox:
+def _parse_free(text: str, metres: float) -> FreeBox:
     shape = text.partition(":")[2] or "*,*,*"
     if shape == "cube":
         return FreeBox((None, None, None), cube=True)
@@ -163,4 +180,4 @@ def _parse_free(text: str) -> FreeBox:
         edges = []
     if len(edges) != 3 or None not in edges or not all(e is None or (np.isfinite(e) and e > 0) for e in edges):
         raise InputError(f"container {text!r} is not a box to be found; write auto, auto:cube or auto:0.32,0.32,*")
-    return FreeBox(tuple(edges))
+    return FreeBox(tuple(edge if edge is None else edge * metres for edge in edges))

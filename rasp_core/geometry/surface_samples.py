@@ -1,4 +1,4 @@
-"""Points on the surfaces of bodies: so many, with normals; or so dense, with the area that each stands for."""
+"""Points on the surfaces of bodies, as dense as their grids, with the area that each stands for."""
 
 from __future__ import annotations
 
@@ -13,19 +13,10 @@ from torch import Tensor
 
 from .meshes import Body, SolidKey
 from .sdf import CELLS
+from .surface_points import surface_points
 
 SAMPLE_SPACING = 2.0  # between surface samples, in cells of the body's grid
 MIN_SAMPLES, MAX_SAMPLES = 200, 2000  # for one body
-
-
-def surface_points(vertices: np.ndarray, faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Points `(count, 3)` spread at random over a surface, as dense everywhere, and their unit normals `(count, 3)`.
-
-    vertices `(V, 3)`, faces `(F, 3)`. The same surface and count give the same points.
-    """
-    mesh = trimesh.Trimesh(vertices, faces, process=False)
-    points, face = trimesh.sample.sample_surface(mesh, count, seed=0)
-    return np.asarray(points), np.asarray(mesh.face_normals[face])
 
 
 @dataclass(frozen=True)

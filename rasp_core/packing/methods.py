@@ -8,8 +8,9 @@ from dataclasses import fields
 
 import torch
 
-from ..geometry import containers, meshes
+from ..geometry import containers
 from ..geometry.containers import Container, FreeBox
+from ..geometry.loading import METRES, Reading, load_bodies
 from ..geometry.meshes import Body
 from ..problem import Settings
 from ..util.devices import resolve_device
@@ -51,14 +52,18 @@ def load(
     seed: int = 0,
     azimuths_deg: Sequence[float] | None = None,
     elevations_deg: Sequence[float] | None = None,
+    reading: Reading = METRES,
+    progress: bool = False,
 ) -> tuple[list[Body], Container | FreeBox, float]:
     """The pool, the container, and the factor on the objects' lengths.
 
     objects : mesh files or folders. container : as `containers.parse` has it. repeat : draw a pool of so many with
     replacement. fit_objects : scale so that so many make half of the container. azimuths_deg, elevations_deg : of the
-    views, one of each for every view; None for the paper's views. Raises InputError or MeshError.
+    views, one of each for every view; None for the paper's views. reading : what files and lengths mean.
+
+    Raises InputError or MeshError.
     """
-    room = containers.parse(container)
+    room = containers.parse(container, reading)
     if azimuths_deg is not None or elevations_deg is not None:
         azimuths, elevations = list(azimuths_deg or ()), list(elevations_deg or ())
         if len(azimuths) != len(elevations) or isinstance(room, FreeBox):
@@ -67,7 +72,7 @@ def load(
                 f"{len(azimuths)} and {len(elevations)} for {container}"
             )
         room = Container(room.body, room.size, list(zip(azimuths, elevations, strict=True)))
-    bodies, scale = meshes.load_bodies(objects), 1.0
+    bodies, scale = load_bodies(objects, reading, progress), 1.0
     if repeat is not None:
         bodies = draw(bodies, repeat, seed)
     if fit_objects is not None:
@@ -189,9 +194,11 @@ def pack(
     effort: int | None = None,
     azimuths_deg: Sequence[float] | None = None,
     elevations_deg: Sequence[float] | None = None,
+    reading: Mapping[str, str | bool] | None = None,
     **settings,
 ) -> dict:
-    """One packing's facts as plain values, for `sweep.sweep`; settings : of `problem.Settings`.
+    """One packing's facts as plain values, for `sweep.sweep`; reading : fields of `loading.Reading`. settings : of
+    `problem.Settings`.
 
     Raises InputError or MeshError as `load` and `search` do.
     """
@@ -205,6 +212,7 @@ def pack(
         seed=chosen.seed,
         azimuths_deg=azimuths_deg,
         elevations_deg=elevations_deg,
+        reading=Reading(**(reading or {})),
     )
     packed = search(
         method,

@@ -6,12 +6,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..geometry.cavities import describe_wall
 from ..geometry.containers import Container
 from ..geometry.meshes import Body, unique_names
 from ..geometry.sdf import bake_cached
 from ..util.errors import InputError
 
 MOST_DRAWN = 100_000  # objects
+ROUNDING = 1 + 1e-6  # what fits exactly, fits, whatever the last bits of a file's numbers say
+MILLIMETRES = 1e-3
 
 
 def draw(bodies: Sequence[Body], count: int, seed: int) -> list[Body]:
@@ -48,17 +51,24 @@ def check_sizes(bodies: Sequence[Body], container: Container) -> None:
         if body.digest in known:
             continue
         known.add(body.digest)
-        if (
-            body.volume > container.volume
-            or (2 * body.radius > diameter and _diameter(body) > diameter)
-            or (body.half_extents.min() > ball and _inscribed_radius(body) > ball)
-        ):
+        if _too_large(body, container, diameter, ball):
             size = " x ".join(f"{2 * h:.3g}" for h in body.half_extents)
             room = " x ".join(f"{edge:.3g}" for edge in np.ptp(container.bounds, axis=0))
-            raise InputError(
-                f"{body.name}: {size} m is larger than the container, {room} m; leave it out, enlarge the "
-                "container, or scale the objects with --fit-objects"
-            )
+            remedy = "leave it out, enlarge the container, or scale the objects with --fit-objects"
+            if not _too_large(body.scaled(MILLIMETRES), container, diameter, ball):
+                remedy = "a thousandth of it would fit: if the file is in millimetres, say so with --unit mm"
+            if container.size is None:
+                remedy = describe_wall(container.body) or remedy
+            raise InputError(f"{body.name}: {size} m is larger than the container, {room} m; {remedy}")
+
+
+def _too_large(body: Body, container: Container, diameter: float, ball: float) -> bool:
+    """Whether a body surely does not fit into a container of that diameter and inscribed ball."""
+    return (
+        body.volume > ROUNDING * container.volume
+        or (2 * body.radius > ROUNDING * diameter and _diameter(body) > ROUNDING * diameter)
+        or (body.half_extents.min() > ROUNDING * ball and _inscribed_radius(body) > ROUNDING * ball)
+    )
 
 
 def _diameter(body: Body) -> float:

@@ -9,7 +9,7 @@ import trimesh
 
 from ..exact.certificate import certify
 from ..geometry.meshes import Body
-from ..geometry.surface_samples import surface_points
+from ..geometry.surface_points import surface_points
 from ..optimizer import Arrangement, optimize
 from ..packing import initialization, methods
 from ..problem import Problem, Settings

@@ -9,3 +9,7 @@ class InputError(ValueError):
 
 class MeshError(InputError):
     """A mesh that cannot be read, or that bounds no solid."""
+
+
+class MeshWarning(UserWarning):
+    """What was done to a file's surface to make a solid of it, or left out of the file."""

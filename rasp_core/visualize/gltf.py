@@ -31,8 +31,9 @@ def write_scene(
     Copies of one body share one geometry, but where the bodies are painted: then they share one unlit texture.
     """
     scene = _scene(bodies, matrices, painted)
-    shell = _coloured(container.body.vertices, container.body.faces, [0.6, 0.7, 0.8, 0.15])
-    scene.add_geometry(shell, node_name="container", geom_name="container")
+    shell = _coloured(container.body, [0.6, 0.7, 0.8, 0.15])
+    pose = _from_centre(container.body, np.eye(4))
+    scene.add_geometry(shell, node_name="container", geom_name="container", transform=pose)
     Path(path).write_bytes(scene.export(file_type="glb", tree_postprocessor=_unlit if painted else None))
 
 
@@ -46,12 +47,9 @@ def read_scene(path: str | Path) -> tuple[list[Body], Container]:
     if not path.exists():
         raise InputError(f"{path}: no such scene; name a run's folder or its scene.glb")
     try:
-        scene, meshes = mesh_files.load(path), {}
+        meshes = {part.name: part for part in mesh_files.load(path).parts}
     except MeshError as error:
         raise InputError(f"{error}; rasp pack writes scenes") from error
-    for node in scene.graph.nodes_geometry:
-        transform, geometry = scene.graph[node]
-        meshes[node] = scene.geometry[geometry].copy().apply_transform(transform)
     if "container" not in meshes:
         raise InputError(f"{path}: has no node named container; write it with rasp pack")
     shell = meshes.pop("container")
@@ -117,11 +115,18 @@ def _add_plain(scene: trimesh.Scene, bodies: Sequence[Body], matrices: np.ndarra
         stem = body.name.split("#")[0]
         key = (stem, body.digest)
         if key in geometries:
-            scene.graph.update(frame_to=body.name, matrix=matrix, geometry=geometries[key])
+            scene.graph.update(frame_to=body.name, matrix=_from_centre(body, matrix), geometry=geometries[key])
             continue
         geometries[key] = body.name
-        mesh = _coloured(body.vertices, body.faces, [*colour, 1.0])
-        scene.add_geometry(mesh, node_name=body.name, geom_name=body.name, transform=matrix)
+        mesh, pose = _coloured(body, [*colour, 1.0]), _from_centre(body, matrix)
+        scene.add_geometry(mesh, node_name=body.name, geom_name=body.name, transform=pose)
+
+
+def _from_centre(body: Body, matrix: np.ndarray) -> np.ndarray:
+    """The pose `(4, 4)` of a body's vertices about its centre: a GLB's numbers have 32 bits, its matrices 64."""
+    pose = np.array(matrix, np.float64)
+    pose[:3, 3] += pose[:3, :3] @ body.centre
+    return pose
 
 
 def _add_painted(scene: trimesh.Scene, bodies: Sequence[Body], matrices: np.ndarray, painted: Painted) -> None:
@@ -145,13 +150,14 @@ def _unlit(tree: dict) -> None:
         texture["sampler"] = 0
 
 
-def _coloured(vertices: np.ndarray, faces: np.ndarray, rgba: Sequence[float]) -> trimesh.Trimesh:
+def _coloured(body: Body, rgba: Sequence[float]) -> trimesh.Trimesh:
+    """The body's surface about its centre."""
     material = trimesh.visual.material.PBRMaterial(
         baseColorFactor=list(rgba),
         alphaMode="BLEND" if rgba[3] < 1 else "OPAQUE",
         roughnessFactor=0.7,
         metallicFactor=0.0,
     )
-    mesh = trimesh.Trimesh(vertices, faces, process=False)
+    mesh = trimesh.Trimesh(body.vertices - body.centre, body.faces, process=False)
     mesh.visual = trimesh.visual.TextureVisuals(material=material)
     return mesh

@@ -17,7 +17,7 @@ import numpy as np
 from data_fetch import fetch_kitchen, fetch_targets, kitchen_like
 from rasp_core.art import anamorphic, glyphs, texturing
 from rasp_core.geometry.cameras import Camera
-from rasp_core.geometry.meshes import load_bodies
+from rasp_core.geometry.loading import load_bodies
 from rasp_core.io import images
 from rasp_core.silhouettes import likeness
 

@@ -7,7 +7,8 @@ from pathlib import Path
 from data_fetch import kitchen_like
 from rasp_core.geometry import containers
 from rasp_core.geometry.cameras import spread_views
-from rasp_core.geometry.meshes import load_bodies, unique_names
+from rasp_core.geometry.loading import load_bodies
+from rasp_core.geometry.meshes import unique_names
 from rasp_core.poses import Poses
 from rasp_core.problem import Problem
 

@@ -49,8 +49,8 @@ def test_a_packing_falls_and_comes_apart(cans, tmp_path, capsys):
 
 
 def test_a_packing_that_does_not_hold_ends_with_status_1_and_says_what_fails(cans, tmp_path, capsys):
-    crowd = ["--repeat", "40", "--count", "40", "--iterations", "3", "--resolution", "64"]
-    assert main(["pack", str(cans), "--container", "box:0.1,0.1,0.1", "--out", str(tmp_path / "out"), *crowd]) == 1
+    crowd = ["--repeat", "16", "--count", "16", "--iterations", "3", "--resolution", "64"]
+    assert main(["pack", str(cans), "--container", "box:0.08,0.08,0.08", "--out", str(tmp_path / "out"), *crowd]) == 1
     printed = capsys.readouterr()
     assert "NOT certified" in printed.out
     assert "overlap by" in printed.err
@@ -99,14 +99,24 @@ def test_a_sweep_refuses_what_it_cannot_do(cans, tmp_path, capsys, option, value
 @pytest.mark.real_data
 @pytest.mark.parametrize(("group", "options"), [("kitchen", []), ("blockout", ["--repeat", "100"])])
 def test_real_pools_are_packed_and_judged_by_booleans_of_the_scene_alone(data, tmp_path, group, options):
-    """A short search in a quarter of IR-BPP's container; every node a rigid copy of its file, nothing overlapping."""
+    """A short search in a part of IR-BPP's container; every node a rigid copy of its file, nothing overlapping."""
     out = tmp_path / "out"
-    arguments = ["pack", str(data / group), "--container", "box:0.2,0.2,0.2", "--iterations", "300", "--out", str(out)]
+    arguments = [
+        "pack",
+        str(data / group),
+        "--container",
+        "box:0.16,0.16,0.16",
+        "--iterations",
+        "150",
+        "--out",
+        str(out),
+    ]
     assert main([*arguments, *options]) == 0
     scene = trimesh.load_scene(out / "scene.glb")
     for node in set(scene.graph.nodes_geometry) - {"container"}:
         transform, geometry = scene.graph[node]
         assert transform[:3, :3] @ transform[:3, :3].T == pytest.approx(np.eye(3), abs=1e-6)
         original = trimesh.load_mesh(data / group / f"{node.split('#')[0]}.obj", process=False)
-        assert scene.geometry[geometry].vertices == pytest.approx(original.vertices, abs=1e-6)
+        shape, wanted = (np.asarray(mesh.vertices) for mesh in (scene.geometry[geometry], original))
+        assert shape - shape[0] == pytest.approx(wanted - wanted[0], abs=1e-6)
     assert main(["check", str(out)]) == 0

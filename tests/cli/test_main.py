@@ -106,7 +106,7 @@ def test_ctrl_c_before_anything_is_there_writes_nothing(monkeypatch, tmp_path, c
     def interrupted(_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("rasp_core.geometry.meshes.load_bodies", interrupted)
+    monkeypatch.setattr("rasp_core.geometry.loading.load_bodies", interrupted)
     assert main(["pack", "x", "--container", BOX, "--out", str(tmp_path / "out")]) == 130
     assert "nothing was written" in capsys.readouterr().err
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from data_fetch import procedural
-from rasp_core.geometry.meshes import is_closed
+from rasp_core.geometry.shells import is_closed
 
 
 @pytest.mark.parametrize("make", [procedural.kitchen_like, procedural.cad_like])

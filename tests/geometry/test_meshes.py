@@ -9,17 +9,9 @@ import trimesh
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rasp_core.geometry.meshes import (
-    Body,
-    is_closed,
-    load_bodies,
-    load_body,
-    make_body,
-    to_manifold,
-    unique_names,
-    unite,
-)
-from rasp_core.util.errors import InputError, MeshError
+from rasp_core.geometry.meshes import Body, body_of_solid, make_body, unique_names
+from rasp_core.geometry.shells import is_closed
+from rasp_core.util.errors import MeshError
 
 CUBE = trimesh.creation.box((1, 2, 3))
 
@@ -51,12 +43,6 @@ def test_overlapping_pieces_are_united():
     assert len(body.vertices) == 16, "the surface itself stays as given"
 
 
-def test_touching_pieces_lose_their_inner_faces():
-    solid = unite(*joined(moved(CUBE, 0), moved(CUBE, (1, 0, 0))))
-    assert solid.volume() == pytest.approx(12)
-    assert solid.surface_area() == pytest.approx(2 * (2 * 2 + 2 * 3 + 2 * 3))
-
-
 def test_an_inverted_piece_within_is_a_cavity():
     inner = trimesh.creation.box((0.5, 1, 1))
     body = make_body("hollow", *joined(moved(CUBE, 0), (inner.vertices, inner.faces[:, ::-1])))
@@ -78,13 +64,6 @@ def test_a_small_hole_is_filled():
     assert make_body("holed", ball.vertices, ball.faces[1:]).volume == pytest.approx(ball.volume, rel=1e-2)
 
 
-def test_of_several_open_pieces_the_largest_closed_one_is_kept():
-    ball = trimesh.creation.icosphere(subdivisions=2)
-    plane = (np.array([[9, 0, 0], [10, 0, 0], [9, 1, 0], [9.3, 1, 5]]), np.array([[0, 1, 2], [1, 3, 2]]))
-    body = make_body("ball and sheet", *joined(moved(ball, 0), plane))
-    assert body.volume == pytest.approx(ball.volume)
-
-
 @pytest.mark.parametrize(
     ("vertices", "faces", "says"),
     [
@@ -101,33 +80,6 @@ def test_what_bounds_no_solid_is_refused(vertices, faces, says):
         make_body("thing", vertices, faces)
 
 
-def test_to_manifold_refuses_an_open_surface():
-    with pytest.raises(MeshError, match="not closed"):
-        to_manifold(CUBE.vertices, CUBE.faces[1:])
-
-
-@pytest.mark.parametrize("suffix", [".obj", ".stl", ".ply", ".off", ".glb", ".3mf"])
-def test_every_format_is_read(tmp_path, suffix):
-    path = tmp_path / f"box{suffix}"
-    trimesh.Scene([CUBE]).export(path) if suffix == ".3mf" else CUBE.export(path)
-    body = load_body(path)
-    assert (body.name, body.volume) == ("box", pytest.approx(6, rel=1e-5))
-
-
-def test_files_that_cannot_be_used_are_named(tmp_path):
-    (tmp_path / "a.obj").write_text("not a mesh")
-    (tmp_path / "b.txt").write_text("")
-    (tmp_path / "c.stl").write_bytes(b"\0" * 10)
-    (tmp_path / "empty").mkdir()
-    for name, says in [("a.obj", "a.obj"), ("b.txt", "not a mesh file"), ("c.stl", "c.stl"), ("gone.obj", "no such")]:
-        with pytest.raises(MeshError, match=says):
-            load_body(tmp_path / name)
-    with pytest.raises(InputError, match="no mesh files"):
-        load_bodies([tmp_path / "empty"])
-    with pytest.raises(InputError, match="no objects"):
-        load_bodies([])
-
-
 def test_rows_that_are_no_triangles_are_refused():
     for vertices, faces in ((np.zeros((4, 4)), CUBE.faces), (CUBE.vertices, np.zeros((2, 4), int))):
         with pytest.raises(MeshError, match="three numbers each"):
@@ -138,6 +90,20 @@ def test_bodies_of_one_name_are_numbered():
     box = make_body("box", CUBE.vertices, CUBE.faces)
     names = [body.name for body in unique_names([box, box, box])]
     assert names == ["box", "box#2", "box#3"]
+
+
+def test_names_that_a_scene_keeps_are_numbered_from_two():
+    bodies = [make_body(name, CUBE.vertices, CUBE.faces) for name in ("container", "world", "camera", "container")]
+    assert [body.name for body in unique_names(bodies)] == ["container#2", "world#2", "camera#2", "container#3"]
+
+
+def test_a_body_of_a_solid_has_its_surface():
+    body = make_body("box", *moved(CUBE, (5, 6, 7)))
+    half = body_of_solid(body, body.manifold.translate(body.centre).trim_by_plane((0, 0, 1), 7.0), ["halved"])
+    assert (half.volume, half.notes) == (pytest.approx(3), ("halved",))
+    assert half.vertices[:, 2].min() == pytest.approx(7)
+    with pytest.raises(MeshError, match="box: encloses no volume"):
+        body_of_solid(body, body.manifold.trim_by_plane((0, 0, 1), 9.0), [])
 
 
 @given(st.floats(1e-3, 1e3))
@@ -153,15 +119,6 @@ def test_equal_bodies_have_equal_digests():
     assert isinstance(first, Body)
     assert first.digest == second.digest
     assert first.digest != first.scaled(2).digest
-
-
-@pytest.mark.real_data
-@pytest.mark.parametrize("group", ["kitchen", "general", "blockout", "cad", "containers"])
-def test_every_real_mesh_becomes_a_solid(data, group):
-    for path in sorted((data / group).iterdir()):
-        body = load_body(path)
-        assert is_closed(body.solid_faces), path.name
-        assert body.volume > 0.3 * trimesh.Trimesh(body.vertices, body.faces, process=False).volume
 
 
 @pytest.mark.real_data

@@ -7,11 +7,11 @@ import pickle
 import struct
 import zipfile
 
+import numpy as np
 import pytest
 import trimesh
 
-from rasp_core.geometry.meshes import load_body
-from rasp_core.io import mesh_files
+from rasp_core.io import bounds, mesh_files
 from rasp_core.util.errors import MeshError
 
 NAMESPACE = 'xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"'
@@ -24,7 +24,7 @@ TETRAHEDRON = (
     + "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in FACES)
     + "</triangles></mesh>"
 )
-SOLID = f'<object id="0">{TETRAHEDRON}</object>'
+SOLID = f'<object id="1">{TETRAHEDRON}</object>'
 HEADER = (
     "ply\nformat {} 1.0\nelement vertex 4000000000\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
 )
@@ -56,7 +56,7 @@ def threemf(objects: str, items: str, **others: bytes) -> bytes:
 
 def doubling(levels: int) -> str:
     twice = '<object id="{0}"><components><component objectid="{1}"/><component objectid="{1}"/></components></object>'
-    return SOLID + "".join(twice.format(k, k - 1) for k in range(1, levels + 1))
+    return SOLID + "".join(twice.format(k, k - 1) for k in range(2, levels + 2))
 
 
 def entities() -> bytes:
@@ -89,16 +89,16 @@ HOSTILE = {
     ),
     "nonsense.3mf": (b"PK\3\4 nonsense", "no 3MF"),
     "words.3mf": (threemf("<", ""), "no 3MF"),
-    "bomb.3mf": (threemf(SOLID, '<item objectid="0"/>', bomb=bytes(mesh_files.MAX_BYTES)), "unfolds to"),
-    "climb.3mf": (threemf(SOLID, '<item objectid="0"/>', **{"../evil.model": b""}), "climbs out of its folder"),
+    "bomb.3mf": (threemf(SOLID, '<item objectid="1"/>', bomb=bytes(mesh_files.MAX_BYTES)), "unfolds to"),
+    "climb.3mf": (threemf(SOLID, '<item objectid="1"/>', **{"../evil.model": b""}), "climbs out of its folder"),
     "loop.3mf": (
         threemf(
-            SOLID + '<object id="1"><components><component objectid="1"/></components></object>',
-            '<item objectid="1"/>',
+            SOLID + '<object id="2"><components><component objectid="2"/></components></object>',
+            '<item objectid="2"/>',
         ),
         "contains itself",
     ),
-    "laugh.3mf": (threemf(doubling(40), '<item objectid="40"/>'), "more than 20,000 parts"),
+    "laugh.3mf": (threemf(doubling(40), '<item objectid="41"/>'), "more than 20,000 parts"),
     "entities.3mf": (entities(), "no 3MF"),
 }
 
@@ -108,20 +108,56 @@ def test_hostile_files_are_refused(name, tmp_path):
     data, says = HOSTILE[name]
     (tmp_path / name).write_bytes(data)
     with pytest.raises(MeshError, match=says) as refused:
-        load_body(tmp_path / name)
-    assert name in str(refused.value)
+        mesh_files.load(tmp_path / name)
+    assert str(refused.value).startswith(f"{tmp_path / name}: ")
+    assert "; " in str(refused.value)  # what to do
     assert "\n" not in str(refused.value)
+
+
+def volumes(path):
+    return [trimesh.Trimesh(part.vertices, part.faces).volume for part in mesh_files.load(path).parts]
 
 
 def test_harmless_ones_are_read(tmp_path):
     (tmp_path / "a.glb").write_bytes(cube())
-    assert load_body(tmp_path / "a.glb").volume == pytest.approx(1)
-    (tmp_path / "a.3mf").write_bytes(threemf(doubling(3), '<item objectid="3"/>'))
-    assert len(mesh_files.load(tmp_path / "a.3mf").graph.nodes_geometry) == 8
+    assert volumes(tmp_path / "a.glb") == pytest.approx([1])
+    (tmp_path / "a.3mf").write_bytes(threemf(doubling(3), '<item objectid="4"/>' * 2))
+    assert volumes(tmp_path / "a.3mf") == pytest.approx([8 / 6] * 2)
+
+
+@pytest.mark.parametrize("suffix", [*mesh_files.READERS, ".STL"])
+def test_every_kind_is_read(suffix, tmp_path):
+    path = tmp_path / f"a b{suffix}"
+    trimesh.creation.box((1, 2, 3)).export(path, file_type=suffix[1:].lower())
+    assert volumes(path) == pytest.approx([6])
+    assert mesh_files.load(str(path)).metres == {".glb": 1.0, ".3mf": 1e-3}.get(suffix)
+
+
+@pytest.mark.filterwarnings("error")
+def test_numbers_that_are_none_are_left_to_the_caller(tmp_path):
+    data = bytearray(trimesh.creation.box().export(file_type="stl"))
+    data[96:100] = b"\1\0\x80\x7f"  # a NaN that floating-point units complain of
+    (tmp_path / "a.stl").write_bytes(data)
+    assert np.isnan(mesh_files.load(tmp_path / "a.stl").parts[0].vertices).sum() == 1
+
+
+def test_other_kinds(tmp_path):
+    with pytest.raises(MeshError, match=r"a\.step: not a mesh file; use one of \.stl"):
+        mesh_files.load(tmp_path / "a.step")
+
+
+def test_whatever_a_reader_raises_names_the_file(tmp_path, monkeypatch):
+    def broken(_):
+        raise ZeroDivisionError("two\nlines")
+
+    trimesh.creation.box().export(tmp_path / "a.stl")
+    monkeypatch.setattr("rasp_core.io.stl.parse", broken)
+    with pytest.raises(MeshError, match=r"a\.stl: cannot be read as a mesh \(two lines\); export it again"):
+        mesh_files.load(tmp_path / "a.stl")
 
 
 def test_a_damaged_archive(tmp_path):
-    data = bytearray(threemf(SOLID, '<item objectid="0"/>'))
+    data = bytearray(threemf(SOLID, '<item objectid="1"/>'))
     data[60:90] = bytes(30)
     (tmp_path / "a.3mf").write_bytes(data)
     with pytest.raises(MeshError, match=r"is damaged|no 3MF"):
@@ -138,10 +174,21 @@ def test_materials_name_no_files(tmp_path, monkeypatch):
 
 
 def test_files_and_bodies_that_are_too_large(tmp_path, monkeypatch):
-    trimesh.creation.box().export(tmp_path / "a.stl")
-    monkeypatch.setattr(mesh_files, "MAX_TRIANGLES", 11)
-    with pytest.raises(MeshError, match=r"a\.stl: has 12 triangles, more than 11"):
+    box = trimesh.creation.box()
+    box.export(tmp_path / "a.stl")
+    (tmp_path / "b.stl").write_bytes(box.export(file_type="stl") * 5)
+    (tmp_path / "c.glb").write_bytes(cube(nodes=[{"children": [1] * 5}, {"mesh": 0}], scenes=[{"nodes": [0]}]))
+    monkeypatch.setattr(bounds, "MAX_TRIANGLES", 11)
+    with pytest.raises(MeshError, match=r"a\.stl: has 12 triangles, more than 11; simplify"):
         mesh_files.load(tmp_path / "a.stl")
+    monkeypatch.setattr(bounds, "MAX_TRIANGLES", 12)
+    for name in ("b.stl", "c.glb"):
+        with pytest.raises(MeshError, match="has 60 triangles, more than 48; simplify"):
+            mesh_files.load(tmp_path / name)
+    monkeypatch.setattr(mesh_files, "MAX_NODES", 4)
+    monkeypatch.setattr(bounds, "MAX_TRIANGLES", 100)
+    with pytest.raises(MeshError, match="has more than 4 parts; save fewer"):
+        mesh_files.load(tmp_path / "b.stl")
     monkeypatch.setattr(mesh_files, "MAX_BYTES", 100)
     with pytest.raises(MeshError, match="simplify the mesh"):
         mesh_files.read(tmp_path / "a.stl")

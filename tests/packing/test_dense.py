@@ -21,7 +21,7 @@ def pool():
 
 @pytest.fixture(scope="module")
 def packed(pool):
-    return dense.pack(pool, ROOM, QUICK, effort=25)
+    return dense.pack(pool, ROOM, QUICK, effort=15)
 
 
 def test_it_is_certified_and_denser_than_its_start(pool, packed):
@@ -36,10 +36,10 @@ def test_it_is_certified_and_denser_than_its_start(pool, packed):
     assert packed.history.shape[1] == 5
 
 
-def test_the_same_effort_gives_the_same_packing(pool, packed):
-    again = dense.pack(pool, ROOM, QUICK, effort=25)
-    assert again.chosen == packed.chosen
-    assert np.array_equal(again.matrices, packed.matrices)
+def test_the_same_effort_gives_the_same_packing(pool):
+    first, again = (dense.pack(pool[:12], box((0.15, 0.15, 0.15)), QUICK, effort=5) for _ in range(2))
+    assert again.chosen == first.chosen
+    assert np.array_equal(again.matrices, first.matrices)
 
 
 def test_a_container_with_a_hole():
