@@ -27,7 +27,7 @@ def entries(group: str) -> tuple[Entry, ...]:
     """The files of a data set, sorted by name. Raises KeyError for a set that the registry does not have."""
     if group not in GROUPS:
         raise KeyError(f"data set {group!r} is not in the registry; use one of {', '.join(GROUPS)}")
-    with (Path(__file__).parent / "registry.csv").open(newline="") as file:
+    with (Path(__file__).parent / "registry.csv").open(newline="", encoding="utf-8") as file:
         rows = [row for row in csv.DictReader(file) if row["group"] == group]
     found = [Entry(**{**row, "bytes": int(row["bytes"])}) for row in rows]
     return tuple(sorted(found, key=lambda entry: entry.name))

@@ -11,9 +11,13 @@ import importlib
 
 import lazy_loader
 
+from .util import caches
+
 __version__ = "0.1.0"
 _door, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 _OLD_PLACES = {"errors": ".util.errors", "meshes": ".geometry.loading"}  # scripts from before the rooms name these
+
+caches.let_numba_cache()
 
 
 def __getattr__(name: str):

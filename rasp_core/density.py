@@ -13,6 +13,7 @@ from .util import o3d
 from .util.errors import InputError
 
 VOXEL = 0.002  # metres, for objects of some centimetres
+NUDGE = 1e-3  # of a voxel
 
 
 def mesh_density(bodies: Sequence[Body], container: Container) -> float:
@@ -53,6 +54,10 @@ def _fill(body: Body, matrix: np.ndarray, origin: np.ndarray, voxel: float) -> t
     low = origin + first * voxel
     grid = open3d.geometry.VoxelGrid.create_from_triangle_mesh_within_bounds(mesh, voxel, low, low + shape * voxel)
 
+    if not grid.get_voxels():  # faces between two voxels are in neither: a block that fills a box exactly
+        moved = np.array(matrix, np.float64)
+        moved[:3, 3] += NUDGE * voxel
+        return _fill(body, moved, origin, voxel)
     shell = np.array([v.grid_index for v in grid.get_voxels()]).reshape(-1, 3)
     shell = shell[((shell >= 0) & (shell < shape)).all(1)]
     free = np.ones(shape, bool)

@@ -21,6 +21,7 @@ from pathlib import Path
 
 import trimesh
 
+from rasp_core.cli import main as entrance
 from rasp_core.cli.main import main
 from rasp_core.geometry.loading import MESH_SUFFIXES
 
@@ -29,15 +30,29 @@ MEMORY = 2 * 2**30
 NUMBERS = ("0", "-1", "1", "2", "3.5", "nan", "inf", "-inf", "1e400", "1e-400", "9" * 20, "4294967295", "")
 WORDS = (
     *NUMBERS,
+    *("mm", "inch", "none", "close", "wrap"),
     *("auto", "auto:cube", "auto:1,*,*", "box:", "box:1,1", "box:0,1,1", "box:1,1,nan", "box:inf,1,1", "x", "a\0b"),
     *("..", "/", "/dev/null", "/dev/zero", "/proc/self/mem", "é\u202e", "'; rm -rf", "--", "-", "*"),
 )
 PACK = (
     *("--count", "--repeat", "--fit-objects", "--method", "--effort", "--resolution", "--device", "--lambda"),
     *("--epsilon", "--seed", "--azimuths-deg", "--elevations-deg", "--container", "--iterations", "--out"),
+    *("--unit", "--repair", "--together", "--split", "--cavity"),
 )
-ART = ("--targets", "--text", "--azimuths-deg", "--elevations-deg", "--width", "--count", "--resolution", "--seed")
-ASSEMBLE = ("--whole", "--silhouettes", "--azimuths-deg", "--elevations-deg", "--width", "--seed")
+ART = (
+    "--unit",
+    "--repair",
+    "--split",
+    "--targets",
+    "--text",
+    "--azimuths-deg",
+    "--elevations-deg",
+    "--width",
+    "--count",
+    "--resolution",
+    "--seed",
+)
+ASSEMBLE = ("--unit", "--repair", "--whole", "--silhouettes", "--azimuths-deg", "--elevations-deg", "--width", "--seed")
 
 
 def seeds() -> dict[str, bytes]:
@@ -121,6 +136,7 @@ def failure(call: list[str]) -> str | None:
     before = signal.signal(signal.SIGALRM, late)
     signal.alarm(SECONDS)
     said = io.StringIO()
+    entrance._show = lambda *_, **__: None  # what is said of a file comes beside the one line of a refusal
     try:
         with contextlib.redirect_stderr(said), contextlib.redirect_stdout(io.StringIO()):
             try:

@@ -57,3 +57,12 @@ def test_kitchen_voxels_agree_within_one_percent_at_two_millimetres(kitchen):
         container = box((0.32, 0.32, 0.30))
         exact = density.mesh_density([body], container)
         assert density.voxel_density([body], matrix, container, 0.002) == pytest.approx(exact, rel=0.01), body.name
+
+
+@pytest.mark.parametrize("edge", [0.0003, 0.03, 30.0])
+def test_a_block_that_fills_a_box_exactly(edge):
+    """Its faces lie between voxels, and open3d finds them in neither."""
+    mesh = trimesh.creation.box((edge,) * 3)
+    block = make_body("block", mesh.vertices, mesh.faces)
+    found = density.voxel_density([block], np.eye(4)[None], box((edge,) * 3), edge / 160)
+    assert found == pytest.approx(1, rel=0.01)

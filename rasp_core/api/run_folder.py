@@ -79,8 +79,8 @@ def save_run(
         for name, matrices in (scenes or {}).items():
             write_scene(work / name, bodies, matrices, container)
         record = {**describe(arrangement, certificate, history), **facts}
-        (work / RECORD).write_text(json.dumps(record, indent=1) + "\n")
-        with (work / "history.csv").open("w", newline="") as file:
+        (work / RECORD).write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+        with (work / "history.csv").open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
             writer.writerow(["iteration", *LOSS_NAMES])
             writer.writerows([i, *map(float, row)] for i, row in enumerate(history))

@@ -102,7 +102,7 @@ class SculptureResult(Result):
         with whole(folder / "turntable.gif") as part:
             scene3d.save_turntable(part, self.arrangement, self.painted)
         with whole(folder / "heap.html") as part:
-            part.write_text(gltf.page(self.bodies, self.matrices, self.painted))
+            part.write_text(gltf.page(self.bodies, self.matrices, self.painted), encoding="utf-8")
 
 
 class SculptureRow(Sequence[SculptureResult]):

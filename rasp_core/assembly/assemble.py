@@ -33,13 +33,14 @@ class AssemblySettings:
     """What is accepted of parts and warned of, and how silhouettes decide.
 
     volume_tolerance, largest_volume : how far the parts' volume may be from the whole's without a warning, and from
-    where it is an error, as fractions of the whole's. doubtful_score, doubtful_likeness : under which there is a
-    warning; likeness is intersection over union. optimised : ways to place all parts that the paper's losses decide
-    between, with the settings OPTIMISATION.
+    where it is an error, as fractions of the whole's; less than least_volume, or as much more, is another unit.
+    doubtful_score, doubtful_likeness : under which there is a warning; likeness is intersection over union.
+    optimised : ways to place all parts that the paper's losses decide between, with the settings OPTIMISATION.
     """
 
     volume_tolerance: float = 0.03
     largest_volume: float = 1.2
+    least_volume: float = 1e-3
     doubtful_score: float = 0.5
     doubtful_likeness: float = 0.95
     optimised: int = 8
@@ -143,6 +144,11 @@ def _check_volume(bodies: Sequence[Body], whole: Container) -> float:
     if len(bodies) < 2:
         raise InputError(f"assembly needs at least two parts, got {len(bodies)}")
     volume = sum(body.volume for body in bodies) / whole.volume
+    if volume < SETTINGS.least_volume or volume > 1 / SETTINGS.least_volume:
+        raise InputError(
+            f"the parts' lengths look {volume ** (1 / 3):.2g} times the whole's: together they have {volume:.2g} times "
+            "its volume; give both in one unit, at one scale"
+        )
     if volume > SETTINGS.largest_volume:
         raise InputError(f"the parts have {volume:.2f} times the whole's volume; are they its parts, in the same unit?")
     return volume

@@ -162,7 +162,7 @@ def sweep(options: argparse.Namespace) -> int:
         fixed["reading"] = asdict(reading)
     runs = [fixed | run for run in varied]
     found = sweep_all(methods.pack, runs, options.out, options.workers, options.scheduler, progress=True)
-    with whole(options.out / "sweep.csv") as part, part.open("w", newline="") as file:
+    with whole(options.out / "sweep.csv") as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, [*varied[0], *found[0]])
         writer.writeheader()
         writer.writerows(run | result for run, result in zip(varied, found, strict=True))

@@ -130,11 +130,11 @@ def _words(run: Mapping) -> str:
 def _read(path: Path) -> dict | None:
     """A finished run's result; None where there is none, or a damaged one."""
     try:
-        return json.loads(path.read_text())["result"]
+        return json.loads(path.read_text(encoding="utf-8"))["result"]
     except (OSError, ValueError, KeyError):
         return None
 
 
 def _write(path: Path, record: dict) -> None:
     with whole(path) as part:
-        part.write_text(json.dumps(record, indent=1) + "\n")
+        part.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import manifold3d
 import numpy as np
+from scipy.sparse.csgraph import connected_components
 
 from ..io import mesh_files
 from ..util.errors import InputError, MeshError, MeshWarning
@@ -18,6 +19,8 @@ from .meshes import Body, body_of_solid, make_body, unique_names
 from .repair import REPAIRS
 
 MESH_SUFFIXES = (".obj", ".stl", ".ply", ".off", ".glb", ".3mf")
+PIECES_AS_OBJECTS = (".obj", ".stl")  # formats in which pieces of one thing are written as objects
+PIECES_APART = 0.02  # of the file's longest edge: how far their boxes are apart at most
 SHARED = 1e-3  # of the volume of parts: what they may share when united, as they do by rounding, without a word
 MANY_FILES = 20  # from which on reading shows its progress
 UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "inch": 0.0254}  # metres
@@ -65,8 +68,9 @@ def load_parts(path: str | Path, reading: Reading = METRES) -> list[Body]:
     """The solids of one mesh file: .obj .stl .ply .off .glb .3mf.
 
     Build items of a 3MF, nodes of a GLB, objects of an OBJ and solids of an ASCII STL are bodies of their own, named
-    `<stem>.<part>`; the only one of a file has the file's stem. Parts that bound no solid alone, but do together, are
-    one body. Raises MeshError naming the file.
+    `<stem>.<part>`; the only one of a file has the file's stem. Objects of an OBJ and solids of an STL that lie close
+    to each other are one body: decompositions into convex pieces are written so. Parts that bound no solid alone, but
+    do together, are one body, too. Raises MeshError naming the file.
     """
     path = Path(path)
     if path.suffix.lower() not in MESH_SUFFIXES:
@@ -74,6 +78,8 @@ def load_parts(path: str | Path, reading: Reading = METRES) -> list[Body]:
     file = mesh_files.load(path)
     metres = reading.metres if file.metres is None else file.metres
     parts = [_scaled(part, metres) for part in file.parts]
+    if path.suffix.lower() in PIECES_AS_OBJECTS:
+        parts = _hanging_together(parts)
     try:
         bodies = [_solid_part(str(path), part, reading) for part in parts]
         if reading.together and len(bodies) > 1:
@@ -91,6 +97,8 @@ def load_parts(path: str | Path, reading: Reading = METRES) -> list[Body]:
             bodies = [replace(bodies[0], notes=(*bodies[0].notes, note))]
     if reading.split:
         bodies = [piece for body in bodies for piece in _pieces(body)]
+    elif not reading.together:
+        bodies = [_told_of_pieces(body) for body in bodies]
     for note in dict.fromkeys((*file.notes, *(note for body in bodies for note in body.notes))):
         warnings.warn(f"{path}: {note}", MeshWarning, stacklevel=2)
     stem = _tidy(path.stem)
@@ -139,6 +147,26 @@ def _tidy(name: str) -> str:
     return unicodedata.normalize("NFC", name).replace("#", "_").strip()
 
 
+def _hanging_together(parts: Sequence[mesh_files.FilePart]) -> list[mesh_files.FilePart]:
+    """Parts whose boxes meet, or nearly, as one each; in the order of their first."""
+    if len(parts) < 2:
+        return list(parts)
+    labels = _nearby(np.array([[part.vertices.min(0), part.vertices.max(0)] for part in parts]))
+    found = []
+    for label in dict.fromkeys(labels.tolist()):
+        own = [parts[k] for k in np.flatnonzero(labels == label)]
+        vertices, faces = _stacked([(part.vertices, part.faces) for part in own])
+        found.append(replace(own[0], vertices=vertices, faces=faces))
+    return found
+
+
+def _nearby(boxes: np.ndarray) -> np.ndarray:
+    """A label `(N,)` for each of boxes `(N, 2, 3)`, equal for those that meet, or nearly, at once or by others."""
+    near = PIECES_APART * float(np.ptp(boxes.reshape(-1, 3), axis=0).max())
+    below = (boxes[:, None, 0] <= boxes[None, :, 1] + near).all(-1)
+    return connected_components(below & below.T, directed=False)[1]
+
+
 def _scaled(part: mesh_files.FilePart, metres: float) -> mesh_files.FilePart:
     if metres == 1:
         return part
@@ -174,6 +202,17 @@ def _stacked(surfaces: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndar
     first = np.cumsum([0, *(len(vertices) for vertices, _ in surfaces)])
     faces = [faces + start for (_, faces), start in zip(surfaces, first, strict=False)]
     return np.concatenate([vertices for vertices, _ in surfaces]), np.concatenate(faces)
+
+
+def _told_of_pieces(body: Body) -> Body:
+    """The body, with a note if pieces of it lie apart."""
+    pieces = body.manifold.decompose()
+    apart = 1 + _nearby(np.array([piece.bounding_box() for piece in pieces]).reshape(-1, 2, 3)).max(initial=0)
+    if apart < 2:
+        return body
+    return replace(
+        body, notes=(*body.notes, f"{apart} pieces that lie apart are kept as one object; --split parts them")
+    )
 
 
 def _pieces(body: Body) -> list[Body]:

@@ -52,9 +52,9 @@ class Repaired:
 def repair(vertices: np.ndarray, faces: np.ndarray, how: str = "close") -> Repaired:
     """The solid that triangles `(V, 3)`, `(F, 3)` bound.
 
-    how : "none" refuses a surface with holes, "close" closes small ones and says so, "cap" all, "wrap" makes a
-    solid of anything (`wrapping`). Raises MeshError if the surface stays open, with the number of its holes, and where the largest
-    is.
+    how : "none" refuses a surface with holes, "close" closes small ones and says so, "cap" all, "wrap" makes a solid of
+    anything (`wrapping`). Raises MeshError if the surface stays open, with the number of its holes, and where the
+    largest is.
     """
     for state in _attempts(vertices, faces, how):
         if is_closed(state[1]):

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import copy
 import hashlib
-import os
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -19,7 +18,7 @@ import torch
 from torch import Tensor
 
 from ..io.atomic_files import whole
-from ..util import o3d
+from ..util import caches, o3d
 from .meshes import Body
 
 CELLS = 48  # along the longest edge of the body's bounding box
@@ -57,9 +56,8 @@ def bake(vertices: np.ndarray, faces: np.ndarray, cells: int = CELLS, padding: f
 
 
 def cache_folder() -> Path:
-    """Where grids are kept: `$RASP_CACHE`, else the user's cache folder."""
-    root = os.environ.get("RASP_CACHE") or Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "rasp-kit"
-    return Path(root) / "sdf"
+    """Where grids are kept."""
+    return caches.cache_folder() / "sdf"
 
 
 def bake_cached(body: Body, cells: int = CELLS, padding: float = PADDING) -> Grid:

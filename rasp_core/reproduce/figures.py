@@ -100,7 +100,7 @@ def _small(figure: Figure, **options) -> bytes:
 
 def _write(path: Path, facts: dict) -> None:
     with whole(path) as part:
-        part.write_text(json.dumps(facts, indent=1) + "\n")
+        part.write_text(json.dumps(facts, indent=1) + "\n", encoding="utf-8")
 
 
 def compare(name: str, facts: dict, expected: dict) -> list[Verdict]:
@@ -167,9 +167,9 @@ def run(names: Sequence[str] = (), scale: str = "quick", store: bool = False, ro
             continue
         expected = root / "paper_figures" / f"{name}.expected.json"
         if expected.exists():
-            facts = json.loads((out / f"{name}.json").read_text()) | {"seconds": seconds}
+            facts = json.loads((out / f"{name}.json").read_text(encoding="utf-8")) | {"seconds": seconds}
             _write(out / f"{name}.json", facts)
-            verdicts += compare(name, facts, json.loads(expected.read_text())[scale])
+            verdicts += compare(name, facts, json.loads(expected.read_text(encoding="utf-8"))[scale])
         if store:
             if scale == "quick":
                 notebooks.store(executed, found[name])
@@ -183,7 +183,7 @@ def _store(made: Sequence[Path], scale: str, root: Path) -> None:
     folder = root / "paper_figures" / ("" if scale == "quick" else scale)
     folder.mkdir(parents=True, exist_ok=True)
     ignore = root / ".gitignore"
-    patterns = ignore.read_text().splitlines() if ignore.exists() else []
+    patterns = ignore.read_text(encoding="utf-8").splitlines() if ignore.exists() else []
     for path in made:
         target = folder / path.name
         if not any(p.startswith("/paper_figures/") and target.relative_to(root).match(p[1:]) for p in patterns):

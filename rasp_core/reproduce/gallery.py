@@ -56,7 +56,7 @@ def write_html(folder: str | Path, path: str | Path) -> Path:
 
 def rows(folder: Path) -> list[Row]:
     """The claims and their facts. Raises InputError for a claim without a status, or whose fact is not there."""
-    return [_row(folder, claim) for claim in json.loads((folder / "claims.json").read_text())]
+    return [_row(folder, claim) for claim in json.loads((folder / "claims.json").read_text(encoding="utf-8"))]
 
 
 def page(folder: Path) -> str:
@@ -112,8 +112,8 @@ def _row(folder: Path, claim: dict) -> Row:
     picture, fact, found, bound, seconds = None, "", "", "", ""
     if name is not None:
         base = folder if scale == "quick" else folder / scale
-        facts = json.loads((base / f"{name}.json").read_text())
-        expected = json.loads((folder / f"{name}.expected.json").read_text())[scale]
+        facts = json.loads((base / f"{name}.json").read_text(encoding="utf-8"))
+        expected = json.loads((folder / f"{name}.expected.json").read_text(encoding="utf-8"))[scale]
         fact = claim["fact"]
         if fact not in facts or fact not in expected:
             raise InputError(f"claims.json: {claim['of']}: {name} has no fact {fact!r} at scale {scale}; mend it")
@@ -134,7 +134,7 @@ def _row(folder: Path, claim: dict) -> Row:
 
 def _write(path: Path, text: str) -> Path:
     with whole(path) as part:
-        part.write_text(text)
+        part.write_text(text, encoding="utf-8")
     return path
 
 

@@ -21,9 +21,9 @@ def refresh(path: str | Path) -> None:
     """Write a Markdown file's quoted numbers anew. Raises InputError as `quoted` does."""
     path = Path(path)
     text = quoted(path)
-    if text != path.read_text():
+    if text != path.read_text(encoding="utf-8"):
         with whole(path) as part:
-            part.write_text(text)
+            part.write_text(text, encoding="utf-8")
 
 
 def quoted(path: Path) -> str:
@@ -35,10 +35,10 @@ def quoted(path: Path) -> str:
     def number(found: re.Match) -> str:
         decimals, unit, link, facts, fact = found.groups()
         try:
-            value = json.loads((path.parent / facts).read_text())[" ".join(fact.split())]
+            value = json.loads((path.parent / facts).read_text(encoding="utf-8"))[" ".join(fact.split())]
             shown = f"{value * UNITS[(unit or '').strip()]:.{len(decimals or '')}f}{unit or ''}"
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise InputError(f"{path}: quotes {fact!r} of {facts}, where no such number is; mend the link") from error
         return f"[{shown}]{link}"
 
-    return QUOTED.sub(number, path.read_text())
+    return QUOTED.sub(number, path.read_text(encoding="utf-8"))

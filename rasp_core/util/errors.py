@@ -13,3 +13,7 @@ class MeshError(InputError):
 
 class MeshWarning(UserWarning):
     """What was done to a file's surface to make a solid of it, or left out of the file."""
+
+
+class PictureWarning(MeshWarning):
+    """What was guessed to read a picture as a person would see it."""

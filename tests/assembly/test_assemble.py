@@ -116,3 +116,12 @@ def test_the_command_refuses_what_is_not_a_broken_thing(tmp_path, capsys):
     assert main([*arguments, str(tmp_path / "run")]) == 2
     assert capsys.readouterr().err == "rasp: assembly needs at least two parts, got 1\n"
     assert not (tmp_path / "run").exists()
+
+
+def test_another_unit_is_told_at_once(tmp_path):
+    whole = vessels()[0]
+    parts = [part.scaled(1e-3) for part in fracture(whole, 2, seed=0)]
+    with pytest.raises(InputError, match=r"lengths look 0\.001 times the whole's"):
+        assemble(parts, Container(whole))
+    with pytest.raises(InputError, match=r"lengths look 1e\+03 times the whole's"):
+        assemble([part.scaled(1e6) for part in parts], Container(whole))

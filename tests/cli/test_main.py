@@ -103,10 +103,10 @@ def test_a_container_that_is_open_is_named(cans, tmp_path, capsys):
 
 
 def test_ctrl_c_before_anything_is_there_writes_nothing(monkeypatch, tmp_path, capsys):
-    def interrupted(_):
+    def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("rasp_core.geometry.loading.load_bodies", interrupted)
+    monkeypatch.setattr("rasp_core.packing.methods.load_bodies", interrupted)
     assert main(["pack", "x", "--container", BOX, "--out", str(tmp_path / "out")]) == 130
     assert "nothing was written" in capsys.readouterr().err
 

@@ -186,3 +186,32 @@ def test_a_model_with_faces_of_no_area_is_read(data):
     """3DBenchy, low poly: closed only with its four triangles of no area."""
     body = load_body(data / "benchy" / "low_poly_benchy.stl")
     assert (body.volume, body.notes) == (pytest.approx(15161.36, rel=1e-5), ())
+
+
+def test_objects_of_an_obj_that_lie_close_are_one_thing(tmp_path):
+    """Decompositions into convex pieces are written so, with gaps between the pieces."""
+
+    def save_objects(name, *places):
+        text, first = "", 1
+        for k, x in enumerate(places):
+            text += f"o piece_{k}\n" + "".join(f"v {a + x} {b} {c}\n" for a, b, c in CUBE.vertices)
+            text += "".join("f {} {} {}\n".format(*(face + first)) for face in CUBE.faces)
+            first += 8
+        (tmp_path / name).write_text(text)
+        return tmp_path / name
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        (close,) = load_parts(save_objects("close.obj", 0, 1.01, 2.02))
+    assert (close.name, close.volume) == ("close", pytest.approx(18))
+    apart = load_parts(save_objects("apart.obj", 0, 1.01, 4))
+    assert [(body.name, round(body.volume, 6)) for body in apart] == [("apart.piece_0", 12), ("apart.piece_2", 6)]
+
+
+def test_pieces_that_lie_apart_in_one_part_are_told(tmp_path):
+    save(tmp_path / "two.ply", trimesh.util.concatenate([CUBE, CUBE.copy().apply_translation((9, 0, 0))]))
+    with pytest.warns(
+        MeshWarning, match=r"two\.ply: 2 pieces that lie apart are kept as one object; --split parts them"
+    ):
+        (body,) = load_parts(tmp_path / "two.ply")
+    assert body.volume == pytest.approx(12)

@@ -56,3 +56,10 @@ def test_polygons_without_a_plane_are_fans():
 def test_corners_that_are_not_there(corner):
     with pytest.raises(MeshError, match="vertices that are not there"):
         triangulated(np.eye(3), [3], [0, 1, corner])
+
+
+def test_a_quad_that_is_not_flat_is_cut_where_less_area_is_made():
+    vertices = np.array([[0, 0, 0], [1, 0, 1], [2, 0, 0], [1, 1.0, 1]])
+    (first, second) = triangulated(vertices, np.array([4]), np.arange(4))
+    assert {1, 3} <= set(first.tolist())
+    assert {1, 3} <= set(second.tolist())

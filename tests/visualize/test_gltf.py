@@ -9,6 +9,9 @@ import pytest
 import trimesh
 
 from data_fetch import kitchen_like
+from rasp_core.exact.certificate import certify
+from rasp_core.geometry.containers import Container, box
+from rasp_core.geometry.meshes import make_body, unique_names
 from rasp_core.util.errors import InputError
 from rasp_core.visualize import gltf
 
@@ -47,3 +50,46 @@ def test_a_page_holds_all_that_it_needs():
     assert np.ptp(scene.bounds[:, 1]) >= 0.99 * high, "up is y in a page"
     frame = gltf.page(bodies, matrices, embedded=True)
     assert frame.startswith("<div><iframe srcdoc=")
+
+
+def hollow(edge, shift):
+    outer, inner = (trimesh.creation.box((e,) * 3).apply_translation(shift) for e in (edge, edge / 2))
+    vertices = np.concatenate([outer.vertices, inner.vertices])
+    return vertices, np.concatenate([outer.faces, inner.faces[:, ::-1] + 8])
+
+
+@pytest.mark.parametrize("edge", [1e-6, 0.1, 1e5])
+@pytest.mark.parametrize("far", [0.0, 1e6])
+def test_a_scene_read_back_is_what_was_written(tmp_path, edge, far):
+    """Parts of micrometres and surveys far from the origin: as many objects, their volumes, the same certificate."""
+    shift = np.array([1.0, -2.0, 3.0]) * far * edge
+    ball = trimesh.creation.icosphere(subdivisions=2, radius=edge / 2).apply_translation(shift)
+    names = ("container", "world", "ball", "ball")
+    bodies = unique_names(
+        [make_body(name, *(hollow(edge, shift) if name != "ball" else (ball.vertices, ball.faces))) for name in names]
+    )
+    turn = trimesh.transformations.rotation_matrix(0.3, (1, 2, 3), shift)
+    matrices = np.stack([turn] * len(bodies))
+    for k in range(len(bodies)):
+        matrices[k, :3, 3] += shift + np.array([1.2 * k - (k == 3) * 0.7, 0, 0]) * edge
+    room = trimesh.creation.box((7.3 * edge, 3 * edge, 3 * edge)).apply_translation(2 * shift + [1.5 * edge, 0, 0])
+    container = Container(make_body("container", room.vertices, room.faces))
+    written = certify(bodies, matrices, container)
+    assert len(written.overlaps) == 1
+    assert not written.protrusions
+    gltf.write_scene(tmp_path / "scene.glb", bodies, matrices, container)
+    back, inside = gltf.read_scene(tmp_path / "scene.glb")
+    assert (
+        {body.name for body in back} == {body.name for body in bodies} == {"container#2", "world#2", "ball", "ball#2"}
+    )
+    volume = {body.name: body.volume for body in back}
+    assert [volume[body.name] for body in bodies] == pytest.approx([body.volume for body in bodies], rel=1e-5)
+    assert inside.volume == pytest.approx(container.volume, rel=1e-5)
+    read = certify(back, np.tile(np.eye(4), (len(back), 1, 1)), inside)
+    assert read.holds == written.holds
+    assert read.worst_overlap == pytest.approx(written.worst_overlap, abs=1e-5)
+
+
+def test_a_box_is_read_back_as_a_container(tmp_path):
+    gltf.write_scene(tmp_path / "scene.glb", kitchen_like(1), np.eye(4)[None], box((0.3, 0.2, 0.1)))
+    assert gltf.read_scene(tmp_path / "scene.glb")[1].volume == pytest.approx(0.006)

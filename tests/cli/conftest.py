@@ -1,0 +1,1 @@
+from read_back import runs_are_read_back  # noqa: F401
