@@ -15,6 +15,7 @@ from ..util.errors import InputError
 MOST_DRAWN = 100_000  # objects
 ROUNDING = 1 + 1e-6  # what fits exactly, fits, whatever the last bits of a file's numbers say
 MILLIMETRES = 1e-3
+OTHER_UNIT = 5  # times the container's diameter: a body as large as that is perhaps in another unit
 
 
 def draw(bodies: Sequence[Body], count: int, seed: int) -> list[Body]:
@@ -55,7 +56,8 @@ def check_sizes(bodies: Sequence[Body], container: Container) -> None:
             size = " x ".join(f"{2 * h:.3g}" for h in body.half_extents)
             room = " x ".join(f"{edge:.3g}" for edge in np.ptp(container.bounds, axis=0))
             remedy = "leave it out, enlarge the container, or scale the objects with --fit-objects"
-            if not _too_large(body.scaled(MILLIMETRES), container, diameter, ball):
+            far_too_large = 2 * body.radius > OTHER_UNIT * diameter
+            if far_too_large and not _too_large(body.scaled(MILLIMETRES), container, diameter, ball):
                 remedy = "a thousandth of it would fit: if the file is in millimetres, say so with --unit mm"
             if container.size is None:
                 remedy = describe_wall(container.body) or remedy

@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from data_fetch import kitchen_like, polycubes
-from rasp_core.geometry.containers import box
+from rasp_core.geometry.containers import Container, box
 from rasp_core.geometry.meshes import make_body
 from rasp_core.packing.pool import MOST_DRAWN, check_sizes, draw, fit_scale
 from rasp_core.util.errors import InputError
@@ -52,3 +52,28 @@ def test_a_rod_along_the_diagonal_is_not_refused():
 def test_no_objects_are_refused():
     with pytest.raises(InputError, match="nothing to pack"):
         check_sizes([], box((1, 1, 1)))
+
+
+def test_parts_in_millimetres_are_told_from_parts_that_are_too_large():
+    cube = trimesh.creation.box((30, 40, 50))
+    large = make_body("large", cube.vertices, cube.faces)
+    with pytest.raises(InputError, match="say so with --unit mm"):
+        check_sizes([large], box((0.3, 0.2, 0.2)))
+    with pytest.raises(InputError, match="enlarge the container") as refused:
+        check_sizes([large], box((40, 40, 40)))
+    assert "--unit" not in str(refused.value)
+
+
+def test_a_vessel_as_a_container_is_told_from_its_cavity():
+    outer, inner = trimesh.creation.box((1, 1, 1)), trimesh.creation.box((0.98, 0.98, 0.98))
+    faces = np.concatenate([outer.faces, inner.faces[:, ::-1] + 8])
+    shell = Container(make_body("shell", np.concatenate([outer.vertices, inner.vertices]), faces))
+    cube = trimesh.creation.box((0.2, 0.2, 0.2))
+    with pytest.raises(InputError, match=r"this is a wall 10 mm thick; its cavity, .* holds 941 l: say --cavity"):
+        check_sizes([make_body("cube", cube.vertices, cube.faces)], shell)
+
+
+def test_what_fits_exactly_fits():
+    cube = trimesh.creation.box((0.3, 0.3, 0.3))
+    single = np.asarray(cube.vertices, np.float32)  # 0.3 in 32 bits is more than 0.3
+    check_sizes([make_body("cube", single, cube.faces)], box((0.3, 0.3, 0.3)))
