@@ -112,7 +112,7 @@ MODES = {
     "palette_bytes.png": palette(bytes([0, 90])),
     "inks.tiff": Image.merge("CMYK", layers(0, 0, 0, 255 - GREY)),
     "inks.jpg": Image.merge("CMYK", layers(0, 0, 0, 255 - GREY)),
-    "lab_like.tiff": Image.merge("YCbCr", layers(GREY, 128, 128)),
+    "lab_like.jpg": Image.merge("YCbCr", layers(GREY, 128, 128)),
     "opaque.png": Image.merge("RGBA", layers(GREY, GREY, GREY, 255)),
     "photo.jpg": Image.fromarray(GREY),
     "paper.webp": Image.fromarray(GREY),
@@ -182,7 +182,8 @@ def test_files_that_are_cut_off(tmp_path, form, share):
     path = tmp_path / f"cut.{form}"
     Image.fromarray(np.random.default_rng(0).integers(0, 255, (64, 64)).astype(np.uint8)).save(path)
     path.write_bytes(path.read_bytes()[: int(path.stat().st_size * share)])
-    with pytest.raises(InputError, match="is cut off"):
+    # of a TIFF, Pillow 12 (Python 3.10) does not say that its end is missing
+    with pytest.raises(InputError, match="is cut off" if form != "tiff" else "is cut off|is damaged"):
         read_targets([path], 32)
 
 
