@@ -18,6 +18,7 @@ import sys
 import tempfile
 import traceback
 from pathlib import Path
+from unittest import mock
 
 import trimesh
 
@@ -136,9 +137,9 @@ def failure(call: list[str]) -> str | None:
     before = signal.signal(signal.SIGALRM, late)
     signal.alarm(SECONDS)
     said = io.StringIO()
-    entrance._show = lambda *_, **__: None  # what is said of a file comes beside the one line of a refusal
+    notes = mock.patch.object(entrance, "_show")  # what is said of a file comes beside the one line of a refusal
     try:
-        with contextlib.redirect_stderr(said), contextlib.redirect_stdout(io.StringIO()):
+        with notes, contextlib.redirect_stderr(said), contextlib.redirect_stdout(io.StringIO()):
             try:
                 status = main(call)
             except SystemExit as exit_:

@@ -15,6 +15,7 @@ from ..util.errors import InputError
 from ..util.loading import loading
 
 SETTINGS = ("lambda_", "epsilon", "iterations", "resolution")  # options that are fields of `problem.Settings`
+LENGTHS = {"epsilon", "width"}  # options that are in the unit
 SWEPT = ("time_limit", "effort", "repeat", "fit_objects", "azimuths_deg", "elevations_deg", "iterations", "resolution")
 
 
@@ -50,7 +51,7 @@ def pack(options: argparse.Namespace) -> int:
         effort=options.effort,
         device=options.device,
         progress=True,
-        **_given(options, *SETTINGS) | _lengths(options, "epsilon"),
+        **_given(options, *SETTINGS),
     )
     print(f"rasp: {_removal(packed.removal)}", file=sys.stderr)
     settled = packed.settle() if options.settle else None
@@ -76,7 +77,7 @@ def assemble(options: argparse.Namespace) -> int:
         silhouettes=options.silhouettes,
         azimuths_deg=options.azimuths_deg,
         elevations_deg=options.elevations_deg,
-        width=_lengths(options, "width").get("width"),
+        **_given(options, "width"),
         seed=options.seed,
         progress=True,
     )
@@ -116,7 +117,7 @@ def art(options: argparse.Namespace) -> int:
         azimuths_deg=options.azimuths_deg,
         elevations_deg=options.elevations_deg,
         projection=options.projection,
-        width=_lengths(options, "width").get("width"),
+        **_given(options, "width"),
         count=options.count,
         resolution=options.resolution,
         time_limit=options.time_limit,
@@ -145,14 +146,13 @@ def sweep(options: argparse.Namespace) -> int:
     if options.seeds < 1:
         raise InputError(f"--seeds must be positive, got {options.seeds}")
     count, given, weights = _count(options.count), _given(options, *SWEPT), _given(options, "lambda_", "epsilon")
-    weights |= _lengths(options, "epsilon")
     method = _method(options, {**given, **weights} | _counted(count))
     if method == "paper":
         weights = {"lambda_": [Settings.lambda_], "epsilon": [Settings.epsilon]} | weights
     varied = grid(**weights, seed=range(options.seeds))
     fixed = {
         "objects": [str(Path(path).resolve()) for path in options.objects],
-        "container": _container(options, str(Path(options.container).resolve())),
+        "container": _container(options, whole_path=True),
         "method": method,
         "device": options.device,
         **given,
@@ -218,9 +218,12 @@ def _removal(removed) -> str:
 
 
 def _given(options: argparse.Namespace, *names: str) -> dict:
-    """The options of these names that were given."""
-    values = {name: getattr(options, name) for name in names}
-    return {name: value for name, value in values.items() if value is not None}
+    """The options of these names that were given; lengths in metres."""
+    values = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
+    for name in values.keys() & LENGTHS:
+        value, metres = values[name], _reading(options).metres
+        values[name] = [one * metres for one in value] if isinstance(value, list) else value * metres
+    return values
 
 
 def _counted(count: int | None) -> dict:
@@ -239,13 +242,16 @@ def _method(options: argparse.Namespace, given: dict) -> str:
     return method
 
 
-def _container(options: argparse.Namespace, path: str | None = None) -> str:
-    """The container's description, as `containers.parse` has it; path : of a mesh, as it was given if None."""
+def _container(options: argparse.Namespace, whole_path: bool = False) -> str:
+    """The container's description, as `containers.parse` has it; whole_path : a mesh's from the root on."""
+    from ..geometry.containers import CAVITY
+
     if options.container.startswith(("box:", "auto")):
         if options.cavity:
             raise InputError(f"--cavity needs a vessel's mesh, got {options.container}; leave it out")
         return options.container
-    return ("cavity:" if options.cavity else "") + (path or options.container)
+    path = str(Path(options.container).resolve()) if whole_path else options.container
+    return (CAVITY if options.cavity else "") + path
 
 
 def _reading(options: argparse.Namespace):
@@ -253,14 +259,6 @@ def _reading(options: argparse.Namespace):
     from ..geometry.loading import Reading
 
     return Reading(options.unit, options.repair, options.together, options.split)
-
-
-def _lengths(options: argparse.Namespace, name: str) -> dict:
-    """A length that is given, or several, in metres; empty if it is not."""
-    value, metres = getattr(options, name), _reading(options).metres
-    if value is None:
-        return {}
-    return {name: [one * metres for one in value] if isinstance(value, list) else value * metres}
 
 
 def _check_time(options: argparse.Namespace) -> None:
