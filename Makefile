@@ -37,7 +37,7 @@ api: $(READY) ## write the API reference into out/api
 
 test: lint ## ruff, unit tests, notebooks
 	$(TEST)
-	$(TEST) --nbval-lax --nbval-current-env notebooks
+	$(TEST) --nbval-lax notebooks
 
 lint: $(READY) ## ruff check and format check
 	$(BIN)/ruff check .

@@ -13,6 +13,8 @@ from pathlib import Path
 import pooch
 import requests
 
+from rasp_core.util import caches
+
 from .errors import DownloadInterrupted, HashMismatch, MissingInMirror, NoNetwork, NotOnServer
 from .registry import Entry, entries
 
@@ -83,9 +85,8 @@ def fetch_targets() -> list[Path]:
 
 
 def cache_folder() -> Path:
-    """Where fetched files are kept: `$RASP_CACHE/data`, else the user's cache folder."""
-    root = os.environ.get("RASP_CACHE")
-    return (Path(root) if root else Path(pooch.os_cache("rasp-kit"))) / "data"
+    """Where fetched files are kept: `data` in the kit's cache (`rasp_core.util.caches`)."""
+    return caches.cache_folder() / "data"
 
 
 def fetch(group: str) -> list[Path]:

@@ -58,7 +58,8 @@ def pack(options: argparse.Namespace) -> int:
     for line in settled.lines() if settled else ():
         print(f"rasp: {line}", file=sys.stderr)
     packed.save(folder, {"object_scale": scale}, settled)
-    _say(len(packed.bodies), packed.density, packed.certificate, folder)
+    within = _box(packed.container, options) if options.container.startswith("auto") else ""
+    _say(f"{len(packed.bodies)} objects{within}", packed.density, packed.certificate, folder)
     return 0 if packed.certificate.holds else 1
 
 
@@ -190,7 +191,7 @@ def check(options: argparse.Namespace) -> int:
     stay = np.tile(np.eye(4), (len(bodies), 1, 1))
     certificate = certify(bodies, stay, container)
     print(f"rasp: {_removal(disassembly.remove_all(bodies, stay))}", file=sys.stderr)
-    _say(len(bodies), density.mesh_density(bodies, container), certificate, options.scene)
+    _say(f"{len(bodies)} objects", density.mesh_density(bodies, container), certificate, options.scene)
     return 0 if certificate.holds else 1
 
 
@@ -201,12 +202,18 @@ def figures(options: argparse.Namespace) -> int:
     return notebooks.run(options.names, options.scale, options.store)
 
 
-def _say(count: int, density: float, certificate, where: Path) -> None:
+def _box(container, options: argparse.Namespace) -> str:
+    """The edges of the box that was found, in the user's unit."""
+    edges = " x ".join(f"{edge / _reading(options).metres:.4g}" for edge in container.size)
+    return f" in a box of {edges} {options.unit}"
+
+
+def _say(what: str, density: float, certificate, where: Path) -> None:
     for line in certificate.lines()[:20]:
         print(f"rasp: {line}", file=sys.stderr)
     verdict = "certified" if certificate.holds else "NOT certified"
     print(
-        f"{where}: {count} objects, density {density:.4f}, {verdict} (worst overlap {certificate.worst_overlap:.1e}, "
+        f"{where}: {what}, density {density:.4f}, {verdict} (worst overlap {certificate.worst_overlap:.1e}, "
         f"worst protrusion {certificate.worst_protrusion:.1e})"
     )
 

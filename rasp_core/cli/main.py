@@ -7,6 +7,7 @@ error says what and how to mend it). Progress goes to standard error, one line o
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 import warnings
 from collections.abc import Callable
@@ -128,7 +129,9 @@ def _parser() -> _Parser:
     _add_reading(art)
     shown = art.add_mutually_exclusive_group(required=True)
     shown.add_argument("--targets", nargs="+", metavar="PNG", help="two to four pictures, one for each view")
-    shown.add_argument("--text", nargs="+", metavar="WORD", help="as long as each other: a heap for each place in them")
+    shown.add_argument(
+        "--text", nargs="+", type=_word, metavar="WORD", help="as long as each other: a heap for each place in them"
+    )
     art.add_argument("--azimuths-deg", type=float, nargs="+", help="(default: 0 90; 0 120 240; 0 45 90 135)")
     art.add_argument("--elevations-deg", type=float, nargs="+", help="(default: 0 each)")
     art.add_argument("--projection", default="orthographic", choices=["orthographic", "perspective"])
@@ -155,6 +158,11 @@ def _parser() -> _Parser:
     )
     figures.set_defaults(run=commands.figures)
     return parser
+
+
+def _word(text: str) -> str:
+    """What was typed, also where the locale is not UTF-8 and its letters came as bytes."""
+    return os.fsencode(text).decode("utf-8", "replace") if any("\udc80" <= c <= "\udcff" for c in text) else text
 
 
 def _add_reading(parser: argparse.ArgumentParser) -> None:

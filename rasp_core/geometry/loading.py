@@ -13,12 +13,13 @@ import numpy as np
 from scipy.sparse.csgraph import connected_components
 
 from ..io import mesh_files
+from ..io.parts import FilePart, joined
 from ..util.errors import InputError, MeshError, MeshWarning
 from ..util.progress import progress_bar
 from .meshes import Body, body_of_solid, make_body, unique_names
 from .repair import REPAIRS
 
-MESH_SUFFIXES = (".obj", ".stl", ".ply", ".off", ".glb", ".3mf")
+MESH_SUFFIXES = tuple(mesh_files.READERS)
 PIECES_AS_OBJECTS = (".obj", ".stl")  # formats in which pieces of one thing are written as objects
 PIECES_APART = 0.02  # of the file's longest edge: how far their boxes are apart at most
 SHARED = 1e-3  # of the volume of parts: what they may share when united, as they do by rounding, without a word
@@ -87,7 +88,7 @@ def load_parts(path: str | Path, reading: Reading = METRES) -> list[Body]:
     except MeshError as alone:
         if len(parts) == 1 or any(part.cuts for part in parts):
             raise
-        vertices, faces = _stacked([(part.vertices, part.faces) for part in parts])
+        vertices, faces = joined([(part.vertices, part.faces) for part in parts])
         try:
             bodies = [make_body(str(path), vertices, faces, "none")]
         except MeshError:
@@ -147,7 +148,7 @@ def _tidy(name: str) -> str:
     return unicodedata.normalize("NFC", name).replace("#", "_").strip()
 
 
-def _hanging_together(parts: Sequence[mesh_files.FilePart]) -> list[mesh_files.FilePart]:
+def _hanging_together(parts: Sequence[FilePart]) -> list[FilePart]:
     """Parts whose boxes meet, or nearly, as one each; in the order of their first."""
     if len(parts) < 2:
         return list(parts)
@@ -155,7 +156,7 @@ def _hanging_together(parts: Sequence[mesh_files.FilePart]) -> list[mesh_files.F
     found = []
     for label in dict.fromkeys(labels.tolist()):
         own = [parts[k] for k in np.flatnonzero(labels == label)]
-        vertices, faces = _stacked([(part.vertices, part.faces) for part in own])
+        vertices, faces = joined([(part.vertices, part.faces) for part in own])
         found.append(replace(own[0], vertices=vertices, faces=faces))
     return found
 
@@ -167,14 +168,14 @@ def _nearby(boxes: np.ndarray) -> np.ndarray:
     return connected_components(below & below.T, directed=False)[1]
 
 
-def _scaled(part: mesh_files.FilePart, metres: float) -> mesh_files.FilePart:
+def _scaled(part: FilePart, metres: float) -> FilePart:
     if metres == 1:
         return part
     cuts = tuple((vertices * metres, faces) for vertices, faces in part.cuts)
     return replace(part, vertices=part.vertices * metres, cuts=cuts)
 
 
-def _solid_part(path: str, part: mesh_files.FilePart, reading: Reading) -> Body:
+def _solid_part(path: str, part: FilePart, reading: Reading) -> Body:
     body = make_body(f"{path}: {part.name}" if part.name else path, part.vertices, part.faces, reading.repair)
     if not part.cuts:
         return body
@@ -190,18 +191,12 @@ def _joined(bodies: Sequence[Body]) -> Body:
     solid = manifold3d.Manifold.batch_boolean(
         [body.manifold.translate(body.centre) for body in bodies], manifold3d.OpType.Add
     )
-    vertices, faces = _stacked([(body.vertices, body.faces) for body in bodies])
+    vertices, faces = joined([(body.vertices, body.faces) for body in bodies])
     notes = [note for body in bodies for note in body.notes]
     shared = 1 - solid.volume() / sum(body.volume for body in bodies)
     if shared > SHARED:
         notes.append(f"{len(bodies)} parts that overlap by {shared:.1%} of their volume are united")
     return replace(body_of_solid(bodies[0], solid, notes), vertices=vertices, faces=faces)
-
-
-def _stacked(surfaces: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
-    first = np.cumsum([0, *(len(vertices) for vertices, _ in surfaces)])
-    faces = [faces + start for (_, faces), start in zip(surfaces, first, strict=False)]
-    return np.concatenate([vertices for vertices, _ in surfaces]), np.concatenate(faces)
 
 
 def _told_of_pieces(body: Body) -> Body:

@@ -56,25 +56,38 @@ def repair(vertices: np.ndarray, faces: np.ndarray, how: str = "close") -> Repai
     anything (`wrapping`). Raises MeshError if the surface stays open, with the number of its holes, and where the
     largest is.
     """
-    for state in _attempts(vertices, faces, how):
-        if is_closed(state[1]):
-            try:
-                solid, assumed = unite(*state[:2])
-            except MeshError:
-                continue
-            return Repaired(*state[:2], solid, (*state[2], *assumed))
-    if how == "wrap" and len(state[1]):
+    for state in _mended(vertices, faces):
+        if (found := _bounded(*state)) is not None:
+            return found
+    vertices, faces, notes = state
+    if how != "none" and len(faces):
+        closed = _holes_closed(vertices, faces, np.inf if how == "cap" else LIMITS.lids_of_area)
+        if closed is not None and (found := _bounded(closed[0], closed[1], [*notes, closed[2]])) is not None:
+            return found
+    if how == "wrap" and len(faces):
         from .wrapping import wrap
 
-        vertices, faces, note = wrap(*state[:2])
+        vertices, faces, note = wrap(vertices, faces)
         return Repaired(vertices, faces, unite(vertices, faces)[0], (note,))
-    raise MeshError(_open_words(*state[:2], how))
+    raise MeshError(_open_words(vertices, faces, how))
 
 
-def _attempts(vertices: np.ndarray, faces: np.ndarray, how: str) -> Iterator[tuple[np.ndarray, np.ndarray, list[str]]]:
-    """One state of the surface after another, with what was done so far beyond the merging of equal corners."""
+def _bounded(vertices: np.ndarray, faces: np.ndarray, notes: list[str]) -> Repaired | None:
+    """What the surface bounds, None if it bounds no solid."""
+    if not is_closed(faces):
+        return None
+    try:
+        solid, assumed = unite(vertices, faces)
+    except MeshError:
+        return None
+    return Repaired(vertices, faces, solid, (*notes, *assumed))
+
+
+def _mended(vertices: np.ndarray, faces: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray, list[str]]]:
+    """One state of the surface after another, no holes closed, with what was done so far beyond the merging of equal
+    corners."""
     yield vertices, faces, []
-    vertices, faces = _merged(vertices, faces, 0.0)
+    vertices, faces = _merged(vertices, faces)
     yield vertices, faces, []
     notes: list[str] = []
     for step in (_same_rounding, _without_repeats, _without_pairs, _wound_alike, _seams_split, _without_specks):
@@ -83,32 +96,19 @@ def _attempts(vertices: np.ndarray, faces: np.ndarray, how: str) -> Iterator[tup
             vertices, faces, note = changed
             notes = [*notes, note] if note else notes
             yield vertices, faces, notes
-    if how != "none" and len(faces):
-        closed = _holes_closed(vertices, faces, np.inf if how == "cap" else LIMITS.lids_of_area)
-        if closed is not None:
-            yield closed[0], closed[1], [*notes, closed[2]]
-    # the state that an error, or a wrapping, is told of
-    yield vertices, faces, notes
 
 
 def _size(vertices: np.ndarray, faces: np.ndarray) -> float:
     return float(np.ptp(vertices[faces].reshape(-1, 3), axis=0).max())
 
 
-def _merged(vertices: np.ndarray, faces: np.ndarray, distance: float) -> tuple[np.ndarray, np.ndarray]:
-    """Corners that are equal, or nearer than `distance` by steps, made one; faces without three corners dropped."""
-    if distance == 0:
-        _, first, which = np.unique(vertices, axis=0, return_index=True, return_inverse=True)
-        order = np.argsort(first, kind="stable")  # in the file's order
-        place = np.empty(len(order), np.int64)
-        place[order] = np.arange(len(order))
-        vertices, which = vertices[first[order]], place[which.ravel()]
-    else:
-        pairs = cKDTree(vertices).query_pairs(distance, output_type="ndarray")
-        graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), (len(vertices),) * 2)
-        which = connected_components(graph, directed=False)[1]
-        _, first, which = np.unique(which, return_index=True, return_inverse=True)
-        vertices = vertices[first]
+def _merged(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Corners that are equal made one, in the file's order; faces without three corners dropped."""
+    _, first, which = np.unique(vertices, axis=0, return_index=True, return_inverse=True)
+    order = np.argsort(first, kind="stable")
+    place = np.empty(len(order), np.int64)
+    place[order] = np.arange(len(order))
+    vertices, which = vertices[first[order]], place[which.ravel()]
     faces = which[faces]
     faces = faces[(faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])]
     used, faces = np.unique(faces, return_inverse=True)
@@ -132,7 +132,7 @@ def _same_rounding(vertices, faces):
     which = connected_components(graph, directed=False)[1]
     _, first, which = np.unique(which, return_index=True, return_inverse=True)
     moved = np.linalg.norm(vertices - vertices[first][which], axis=1)
-    merged = _merged(vertices[first][which], faces, 0.0)
+    merged = _merged(vertices[first][which], faces)
     words = f"{(moved > 0).sum()} corners that differ by rounding merged (up to {moved.max():.2g} m)"
     return *merged, words if moved.max() > LIMITS.said_of_size * size else ""
 

@@ -9,32 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from ..util.errors import MeshError
-from .bounds import (
-    CHECKS,
-    HEADER_BYTES,
-    MAX_BYTES,
-    MAX_ENTRIES,
-    MAX_NODES,
-    MAX_SCENE,
-    MAX_TRIANGLES,
-    check_triangles,
-)
-from .parts import FilePart, MeshFile
-
-__all__ = [
-    "HEADER_BYTES",
-    "MAX_BYTES",
-    "MAX_ENTRIES",
-    "MAX_NODES",
-    "MAX_SCENE",
-    "MAX_TRIANGLES",
-    "READERS",
-    "FilePart",
-    "MeshFile",
-    "check_triangles",
-    "load",
-    "read",
-]
+from .bounds import CHECKS, MAX_BYTES, MAX_NODES, MAX_SCENE, check_triangles
+from .parts import MeshFile
 
 READERS = {".stl": "stl", ".obj": "obj", ".off": "off", ".ply": "ply", ".glb": "glb", ".3mf": "threemf"}
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..util.errors import MeshError
 from .parts import FilePart, MeshFile, used_only
-from .polygons import triangulated
+from .polygons import told_triangles
 from .text import decoded, floats, integers
 
 FREE_FORM = ("curv", "curv2", "surf", "bzp", "bsp", "cdc", "cdp")
@@ -36,18 +36,14 @@ def parse(data: bytes) -> MeshFile:
     if (corners == 0).any():
         raise MeshError("faces name vertex 0, but OBJ counts from 1; export the mesh again")
     corners = np.where(corners < 0, corners + np.repeat(before, counts), corners - 1)
-    if few := int((counts < 3).sum()):
-        notes.append(f"{few} faces of fewer than three corners are left out")
-    faces = triangulated(vertices, counts, corners)
-    if not len(faces):
-        raise MeshError("holds no triangles; export it as a triangle mesh")
+    faces, told = told_triangles(vertices, counts, corners)
     object_lines = np.flatnonzero(kinds == "o")
     names = ["", *(lines[k][1:].strip() for k in object_lines)]
     owner = np.repeat(np.searchsorted(object_lines, face_lines), np.maximum(counts - 2, 0))
     first = {name: k for k, name in reversed(list(enumerate(names)))}
     owner = np.array([first[name] for name in names])[owner]
     parts = tuple(FilePart(names[k], *used_only(vertices, faces[owner == k])) for k in np.unique(owner))
-    return MeshFile(parts, None, tuple(notes))
+    return MeshFile(parts, None, (*notes, *told))
 
 
 def _refuse(kinds: np.ndarray, count: int) -> None:

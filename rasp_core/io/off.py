@@ -9,7 +9,7 @@ import numpy as np
 from ..util.errors import MeshError
 from .bounds import check_rows
 from .parts import FilePart, MeshFile
-from .polygons import triangulated
+from .polygons import told_triangles
 from .text import decoded, floats, integers
 
 EXTRAS = {"N": 3, "C": 4, "ST": 2}  # numbers after each vertex that the keyword's letters announce
@@ -42,11 +42,7 @@ def parse(data: bytes) -> MeshFile:
     if rows is None:
         rows = _by_words(words[given:], word[1] if word else "", vertex_count, face_count)
     vertices, counts, corners = rows
-    faces = triangulated(vertices, counts, corners)
-    if not len(faces):
-        raise MeshError("holds no triangles; export it as a triangle mesh")
-    few = int((counts < 3).sum())
-    notes = (f"{few} faces of fewer than three corners are left out",) if few else ()
+    faces, notes = told_triangles(vertices, counts, corners)
     return MeshFile((FilePart("", vertices, faces),), None, notes)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from ..util.errors import MeshError
 from .bounds import HEADER_BYTES, check_rows
 from .parts import FilePart, MeshFile
-from .polygons import triangulated
+from .polygons import told_triangles
 from .text import floats
 
 TYPES = {
@@ -50,11 +50,7 @@ def parse(data: bytes) -> MeshFile:
         if len(vertices):
             raise MeshError("is a point cloud, it has no faces; make a mesh of it")
         raise MeshError("holds no triangles; export it as a triangle mesh")
-    faces = triangulated(vertices, counts, corners)
-    if not len(faces):
-        raise MeshError("holds no triangles; export it as a triangle mesh")
-    few = int((counts < 3).sum())
-    notes = (f"{few} faces of fewer than three corners are left out",) if few else ()
+    faces, notes = told_triangles(vertices, counts, corners)
     return MeshFile((FilePart("", vertices, faces),), None, notes)
 
 

@@ -30,6 +30,15 @@ def triangulated(vertices: np.ndarray, counts: np.ndarray, corners: np.ndarray) 
     return faces
 
 
+def told_triangles(vertices: np.ndarray, counts: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
+    """As `triangulated`, with a note on faces of fewer than three corners. Raises MeshError also if nothing is left."""
+    faces = triangulated(vertices, counts, corners)
+    if not len(faces):
+        raise MeshError("holds no triangles; export it as a triangle mesh")
+    few = int((np.asarray(counts) < 3).sum())
+    return faces, (f"{few} faces of fewer than three corners are left out",) if few else ()
+
+
 def _cut(vertices: np.ndarray, polygons: np.ndarray) -> np.ndarray:
     """Triangles `(P, n - 2, 3)` of polygons `(P, n)`: a fan where that is right, else ears are clipped."""
     n = polygons.shape[1]

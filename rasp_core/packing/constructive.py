@@ -1,4 +1,5 @@
-"""Baselines: objects one after the other, largest first, each in one of 24 turns where a rule puts it.
+"""Baselines: objects one after the other, largest first, each in one of 24 turns where a rule puts it; what fits the
+empty container in none of these is turned as its diagonals run (`slant`).
 
 - spectral: where it lies most snugly (Cui et al. 2023, Dense, Interlocking-Free and Scalable Spectral Packing);
 - dblf: deepest, then furthest back, then furthest left, holes included (Wang et al. 2010, Two natural heuristics);
@@ -10,6 +11,7 @@ Any of them can be ruined and built again: what lies about a random point is tak
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import islice
 
 import numpy as np
 import torch
@@ -24,6 +26,7 @@ from ..util.progress import progress_bar
 from .layout import Layout
 from .pool import check_sizes
 from .result import Packing, finish
+from .slant import is_long, slanted_turns
 from .voxel_correlation import Room, Turned, choose_voxel, quarter_turns
 
 RULES = {"spectral": Room.snuggest, "dblf": Room.deepest, "heightmap": Room.flattest}
@@ -31,6 +34,7 @@ SHUFFLE = 0.15  # of the order by volume, when the container is filled anew
 TEMPERATURE = 0.003  # density that a rebuilding may lose now and then
 FEW_VOXELS = 10_000  # of a room in which placing again and again costs little
 MOST_RUINED_FRACTION = 0.5  # of the objects, taken out at once
+MOST_SLANTED = 8  # turns of what fits at a slant alone: covering each with voxels takes long
 
 
 def pack(
@@ -72,16 +76,25 @@ def pack(
 class Placement:
     """A placement under way.
 
+    straight : quarter turns alone; in a container whose size is sought, nothing need lie at a slant.
     placed : index in the pool -> turn and shift, in the order of placing.
     """
 
-    def __init__(self, pool: Sequence[Body], container: Container, seed: int = 0, rule: str = "spectral"):
-        self.rule = RULES[rule]
+    def __init__(
+        self,
+        pool: Sequence[Body],
+        container: Container,
+        seed: int = 0,
+        rule: str = "spectral",
+        straight: bool = False,
+    ):
+        self.rule, self.straight = RULES[rule], straight
         self.pool, self.container = pool, container
         self.volumes = np.array([body.volume for body in pool])
         self.room = Room(container, choose_voxel(pool, container))
         self.random = np.random.default_rng(seed)
         self.turns: dict[str, list[Turned]] = {}
+        self.slanted: dict[str, list[Turned]] = {}
         self.placed: dict[int, tuple[Turned, np.ndarray]] = {}
 
     def enter(self, container: Container, keep: bool = False) -> None:
@@ -132,6 +145,8 @@ class Placement:
             if stop():
                 return
             found = self.rule(self.room, self._turns(body))
+            if found is None and not self.straight:
+                found = self.rule(self.room, self._slanted(body))
             if found is None:
                 refused.add(body.digest)
                 continue
@@ -167,3 +182,14 @@ class Placement:
                     found.append(turned)
             self.turns[body.digest] = found
         return self.turns[body.digest]
+
+    def _slanted(self, body: Body) -> list[Turned]:
+        """A long body as the container's diagonals run, a few turns that fit the empty container; none if a quarter
+        turn does."""
+        if body.digest not in self.slanted:
+            self.slanted[body.digest] = found = []
+            empty = Room(self.container, self.room.voxel)
+            if is_long(body, self.container) and not empty.holds(self._turns(body)):
+                turns = (Turned.covering(body, turn, empty.voxel) for turn in slanted_turns(body, self.container))
+                found += islice((turned for turned in turns if empty.holds([turned])), MOST_SLANTED)
+        return self.slanted[body.digest]

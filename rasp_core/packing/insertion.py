@@ -1,6 +1,7 @@
 """Objects put into voids: where one overlaps least with those that are there, and which of these then make room.
 
 Voids are looked for in voxels: of random rotations and all positions, that which shares least (`voxel_correlation`).
+What is too long for all of these is turned as the container's diagonals run (`slant`).
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from ..geometry.meshes import Body
 from ..geometry.sdf import GridStack, bake_cached
 from ..poses import Poses
 from .layout import Layout
+from .slant import fits_straight, slanted_turns
 from .voxel_correlation import Room, Turned
 
 
@@ -68,7 +70,7 @@ class Voids:
         random: np.random.Generator,
         stack: GridStack | None = None,
     ):
-        self.pool, self.device, self.random = list(pool), device, random
+        self.pool, self.container, self.device, self.random = list(pool), container, device, random
         self.stack = stack or GridStack.of_bodies(pool, device)
         self.grids = {body.digest: bake_cached(body) for body in {body.digest: body for body in pool}.values()}
         self.half = torch.tensor(np.array([body.half_extents for body in pool]), device=device).float()
@@ -81,6 +83,7 @@ class Voids:
             TUNING.most_voxels_along_container,
         )
         self.room = Room(container, edge / along, margin=0.0)
+        self.slants: dict[str, np.ndarray] = {}
 
     def occupancy(self, layout: Layout) -> Occupancy:
         """Where the objects of a layout lie, in voxels."""
@@ -112,7 +115,7 @@ class Voids:
         self.room.clear(occupancy.counts > 0)
         found, least = None, most
         for index in map(int, candidates):
-            fit = self.room.least_shared(self._turned(index))
+            fit = self.room.least_shared(self._turned(index)) or self.room.least_shared(self._slanted(index))
             if fit is not None and fit[2] < least:
                 turned, shift, least = fit
                 found = index, turned, shift
@@ -146,5 +149,16 @@ class Voids:
         body = self.pool[index]
         generator = torch.Generator().manual_seed(int(self.random.integers(2**31)))
         quaternions = poses.random_quaternions(TUNING.rotations_per_object, generator, torch.float64)
-        for rotation in poses.quaternion_to_rotation(quaternions).numpy():
+        yield from self._filled(body, poses.quaternion_to_rotation(quaternions).numpy())
+
+    def _slanted(self, index: int) -> Iterable[Turned]:
+        """An object of the pool too long to lie straight, as the container's diagonals run, as voxels."""
+        body = self.pool[index]
+        if body.digest not in self.slants:
+            straight = fits_straight(body, self.container)
+            self.slants[body.digest] = np.empty((0, 3, 3)) if straight else slanted_turns(body, self.container)
+        yield from self._filled(body, self.slants[body.digest])
+
+    def _filled(self, body: Body, rotations: np.ndarray) -> Iterable[Turned]:
+        for rotation in rotations:
             yield Turned.filling(self.grids[body.digest], body.half_extents, rotation, self.room.voxel)

@@ -128,7 +128,7 @@ class _Search:
     def place(self) -> None:
         """The first box, by a baseline."""
         first = self.shape.sized(self.volumes.sum() / TUNING.first_density)
-        self.placement = Placement(self.bodies, box(first), self.settings.seed, self.rule or "spectral")
+        self.placement = Placement(self.bodies, box(first), self.settings.seed, self.rule or "spectral", straight=True)
         if self.placement.coarse:  # cubes may leave nothing between them, and growing costs little
             self.placement.enter(box(self.shape.sized(self.volumes.sum())))
         self._place_in_growing_box(None)

@@ -134,7 +134,7 @@ class _Run:
         self.rough = [_simplified(body) for body in self.pool]
         self._round(base, rough=True)
         relax = replace(base, iterations=max(1, length // 4), learning_rate=8e-3, final_learning_rate=2e-3)
-        while not self.stopped and self.fault_fraction > TUNING.resolvable_fault_fraction:
+        while len(self.chosen) > 1 and not self.stopped and self.fault_fraction > TUNING.resolvable_fault_fraction:
             self._drop(max(1, int(len(self.chosen) * min(TUNING.most_dropped_fraction, self.fault_fraction))))
             self._round(relax, rough=True)
         self._judge()
@@ -149,14 +149,16 @@ class _Run:
             contact_margin=TUNING.contact_margin_of_width * max(camera.width for camera in self.container.views()),
         )
         before = np.inf
-        while not self.stopped and not self.certificate.holds:
-            if self.worst > TUNING.stalled_fraction * before:
+        while self.chosen and not self.stopped and not self.certificate.holds:
+            before, stalled = self.worst, self.worst > TUNING.stalled_fraction * before
+            if stalled:
                 self._drop(1)
-            before = self.worst
-            self._round(settle)
-        while not self.certificate.holds:  # stopped early: what is left must hold as it lies
+            if self.chosen:
+                self._round(settle)
+        while self.chosen and not self.certificate.holds:  # stopped early: what is left must hold as it lies
             self._drop(1)
-            self._judge()
+            if self.chosen:
+                self._judge()
         self._add()
         interrupted = self.stopped or self.budget.spent()
         return finish(
@@ -229,8 +231,6 @@ class _Run:
 
     def _drop(self, count: int) -> None:
         """Take out the `count` objects with the most volume at fault for their own volume."""
-        if len(self.chosen) <= count:
-            raise InputError("not one of the objects could be placed in the container; enlarge it or leave some out")
         at_fault = dict.fromkeys((body.name for body in self.bodies), 0.0)
         for overlap in self.certificate.overlaps:
             at_fault[overlap.first] += overlap.volume
@@ -241,6 +241,8 @@ class _Run:
         keep = sorted(np.argsort(-fraction, kind="stable")[count:].tolist())
         self.chosen = [self.chosen[i] for i in keep]
         self.poses = self.poses.take(keep)
+        if not keep:  # what lay at random may yet fit where it is added
+            return
         problem = replace(self.arrangement.problem, bodies=self.bodies)
         self.arrangement = replace(
             self.arrangement, problem=problem, rotation=self.poses.rotation, translation=self.poses.translation

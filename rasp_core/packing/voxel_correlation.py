@@ -172,6 +172,13 @@ class Room:
         """Where the centre of an object placed at `shift` lies, `(3,)` world."""
         return self.origin + shift * self.voxel + turned.centre
 
+    def holds(self, turns: Iterable[Turned]) -> bool:
+        """Whether one of the turns has a place where it shares nothing."""
+        return any(
+            not self.taken.any() or (self._correlate("taken", item)[valid] < 0.5).any()
+            for _, item, valid in self._items(turns)
+        )
+
     def snuggest(self, turns: Iterable[Turned]) -> tuple[Turned, np.ndarray] | None:
         """The turn and shift that share nothing and lie nearest to what is there; None if nothing fits."""
         found, least = None, np.inf

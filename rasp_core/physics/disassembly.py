@@ -58,13 +58,15 @@ def remove_all(
             else:
                 blocks[k] = lines[tuple(np.round(pull, 9) + 0.0)] = _behind(scene, points, pull, len(bodies), rays)
     left, order = np.ones(len(bodies), bool), []
+    in_the_way = blocks.sum(2)  # of those that are left
     while left.any():
-        free = left & ~(blocks & left).any(2)
+        free = left & (in_the_way == 0)
         if not free.any():
             break
         pull, index = np.argwhere(free)[0]
         order.append((bodies[index].name, pulls[pull].tolist()))
         left[index] = False
+        in_the_way -= blocks[:, :, index]
     return Removal(order, [bodies[i].name for i in np.flatnonzero(left)])
 
 

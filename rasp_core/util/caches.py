@@ -10,14 +10,20 @@ PACKAGE = Path(__file__).parent.parent
 
 
 def cache_folder() -> Path:
-    """`$RASP_CACHE`, else the user's cache folder, else one among temporary files; it need not be there yet."""
+    """`$RASP_CACHE`, else a folder in the user's cache, else one among temporary files; it need not be there yet."""
     if given := os.environ.get("RASP_CACHE"):
         return Path(given)
+    root = _users_cache()
+    return temporary_folder() if root is None else root / "rasp-kit"
+
+
+def _users_cache() -> Path | None:
+    """The user's cache folder, None without a home that can be written to."""
     try:
         root = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     except RuntimeError:  # a user without a home
-        return temporary_folder()
-    return root / "rasp-kit"
+        return None
+    return root if _writable(root) else None
 
 
 def temporary_folder() -> Path:
@@ -30,11 +36,8 @@ def let_numba_cache(package: Path = PACKAGE) -> None:
     refuse to import them."""
     if "NUMBA_CACHE_DIR" in os.environ or _writable(package / "kernels" / "__pycache__"):
         return
-    try:
-        home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    except RuntimeError:
-        home = None
-    if home is None or not _writable(home / "numba"):
+    root = _users_cache()
+    if root is None or not _writable(root / "numba"):
         os.environ["NUMBA_CACHE_DIR"] = str(temporary_folder() / "numba")
 
 

@@ -26,12 +26,16 @@ def test_pack_and_check_agree(cans, tmp_path, capsys):
     assert f"density {record['density']:.4f}, certified" in capsys.readouterr().out
 
 
-def test_the_smallest_box_is_found_and_judged(cans, tmp_path, capsys):
+def test_the_smallest_box_is_found_judged_and_told_in_the_unit(cans, tmp_path, capsys):
     out = tmp_path / "out"
-    assert main(["pack", str(cans), "--container", "auto:0.15,0.15,*", "--effort", "3", "--out", str(out)]) == 0
+    command = ["pack", str(cans), "--container", "auto:0.15,0.15,*", "--unit", "cm", "--effort", "3", "--out", str(out)]
+    assert main(command) == 0
+    printed = capsys.readouterr().out
     record = json.loads((out / "result.json").read_text())
     assert record["method"] == "dense"
-    assert record["container"]["box"][:2] == [0.15, 0.15]
+    assert record["container"]["box"][:2] == pytest.approx([0.0015, 0.0015])
+    height = 100 * record["container"]["box"][2]
+    assert f": 4 objects in a box of 0.15 x 0.15 x {height:.4g} cm, density" in printed
     assert len(record["objects"]) == 4
     assert main(["check", str(out)]) == 0
 

@@ -7,6 +7,7 @@ import sys
 import pytest
 import trimesh
 
+from rasp_core.cli import commands
 from rasp_core.cli.main import main
 
 BOX = "box:0.2,0.2,0.2"
@@ -109,6 +110,15 @@ def test_ctrl_c_before_anything_is_there_writes_nothing(monkeypatch, tmp_path, c
     monkeypatch.setattr("rasp_core.packing.methods.load_bodies", interrupted)
     assert main(["pack", "x", "--container", BOX, "--out", str(tmp_path / "out")]) == 130
     assert "nothing was written" in capsys.readouterr().err
+
+
+def test_letters_typed_where_the_locale_is_not_utf_8_are_letters(monkeypatch):
+    """Python hands them on as escaped bytes there: the two of an umlaut had counted as two letters."""
+    got = []
+    monkeypatch.setattr(commands, "art", lambda options: got.append(options.text) or 0)
+    escaped = "ÄB".encode().decode("ascii", "surrogateescape")
+    assert main(["art", "parts", "--text", escaped, "Ö2"]) == 0
+    assert got == [["ÄB", "Ö2"]]
 
 
 def test_the_installed_command_prints_nothing_else(cans, tmp_path):

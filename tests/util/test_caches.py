@@ -35,6 +35,12 @@ def test_a_user_without_a_home_has_temporary_files(monkeypatch):
     assert caches.temporary_folder().parent.is_dir()
 
 
+def test_a_home_that_cannot_be_written_to_is_none(monkeypatch, tmp_path):
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("HOME", str(tmp_path / "file"))
+    assert caches.cache_folder() == caches.temporary_folder()
+
+
 def test_numba_is_left_alone_where_it_can_write(monkeypatch, tmp_path):
     caches.let_numba_cache(tmp_path)
     assert "NUMBA_CACHE_DIR" not in caches.os.environ
