@@ -24,6 +24,7 @@ def pack(options: argparse.Namespace) -> int:
     with loading():
         from ..api.pack import pack as pack_parts
         from ..api.run_folder import check_writable
+        from ..geometry.containers import FreeBox
         from ..packing import methods
 
     count = _count(options.count)
@@ -58,7 +59,7 @@ def pack(options: argparse.Namespace) -> int:
     for line in settled.lines() if settled else ():
         print(f"rasp: {line}", file=sys.stderr)
     packed.save(folder, {"object_scale": scale}, settled)
-    within = _box(packed.container, options) if options.container.startswith("auto") else ""
+    within = _box(packed.container, options) if isinstance(container, FreeBox) else ""
     _say(f"{len(packed.bodies)} objects{within}", packed.density, packed.certificate, folder)
     return 0 if packed.certificate.holds else 1
 
@@ -253,7 +254,7 @@ def _container(options: argparse.Namespace, whole_path: bool = False) -> str:
     """The container's description, as `containers.parse` has it; whole_path : a mesh's from the root on."""
     from ..geometry.containers import CAVITY
 
-    if options.container.startswith(("box:", "auto")):
+    if options.container.split(":")[0] in ("box", "auto"):
         if options.cavity:
             raise InputError(f"--cavity needs a vessel's mesh, got {options.container}; leave it out")
         return options.container

@@ -7,7 +7,6 @@ error says what and how to mend it). Progress goes to standard error, one line o
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 import warnings
 from collections.abc import Callable
@@ -162,7 +161,7 @@ def _parser() -> _Parser:
 
 def _word(text: str) -> str:
     """What was typed, also where the locale is not UTF-8 and its letters came as bytes."""
-    return os.fsencode(text).decode("utf-8", "replace") if any("\udc80" <= c <= "\udcff" for c in text) else text
+    return text.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
 
 
 def _add_reading(parser: argparse.ArgumentParser) -> None:

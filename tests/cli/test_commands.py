@@ -40,6 +40,14 @@ def test_the_smallest_box_is_found_judged_and_told_in_the_unit(cans, tmp_path, c
     assert main(["check", str(out)]) == 0
 
 
+def test_a_mesh_whose_name_begins_like_auto_is_a_mesh(cans, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    mesh, out = tmp_path / "autobox.stl", tmp_path / "out"
+    trimesh.creation.box([0.2] * 3).export(mesh)
+    assert main(["pack", str(cans), "--container", "autobox.stl", "--method", "spectral", "--out", str(out)]) == 0
+    assert "objects, density" in capsys.readouterr().out
+
+
 def test_a_packing_falls_and_comes_apart(cans, tmp_path, capsys):
     out = tmp_path / "out"
     assert main(["pack", str(cans), "--container", BOX, "--settle", "--out", str(out), *SMALL]) == 0
