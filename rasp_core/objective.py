@@ -5,11 +5,13 @@ The kit adds surface contact to it, a term that the paper does not have; its wei
 
 from __future__ import annotations
 
+import numpy as np
 import torch
 from torch import Tensor
 
 from . import contact, losses
-from .problem import Settings
+from .problem import WEIGHTINGS, Settings
+from .query_points import Lattice
 from .scene import Scene
 from .silhouettes import render
 
@@ -25,15 +27,16 @@ def objective(scene: Scene, rotation, translation, targets, lattice, settings: S
 
     Terms of weight 0 are not computed and count as 0.
     """
+    weights = term_weights(scene, lattice, settings)
     zero = torch.zeros(translation.shape[:-2], device=scene.device, dtype=scene.dtype)
     silhouette = overlap = extrusion = touch = zero
     images = None
-    if settings.silhouette_weight:
+    if weights[0]:
         images = render(scene.outlines, rotation, translation, scene.views, settings.resolution)
         silhouette = losses.silhouette(images, targets, settings.softness(iteration))
-    if settings.overlap_weight:
+    if weights[1]:
         overlap = losses.overlap(scene.stack, scene.half, rotation, translation, lattice, settings.overlap_term)
-    if settings.lambda_:
+    if weights[2]:
         movers, corners = scene.movers, scene.moving_vertices
         extrusion = losses.extrusion(
             scene.container,
@@ -44,19 +47,46 @@ def objective(scene: Scene, rotation, translation, targets, lattice, settings: S
             translation[..., :movers, :],
             settings.epsilon,
         )
-    if settings.contact_weight:
+    if weights[3]:
         if near is None:
             near = find_neighbours(scene, rotation, translation, settings)
         margin = torch.full_like(scene.radius, settings.contact_margin)
         touch = contact.contact(scene.stack, scene.samples, near, scene.container, rotation, translation, margin)
         touch = touch / lattice.spacing**3
-    total = (
-        settings.silhouette_weight * silhouette
-        + settings.overlap_weight * overlap
-        + settings.lambda_ * extrusion
-        + settings.contact_weight * touch
-    )
+    total = weights[0] * silhouette + weights[1] * overlap + weights[2] * extrusion + weights[3] * touch
     return torch.stack([total, silhouette, overlap, extrusion, touch], -1), images
+
+
+def term_weights(scene: Scene, lattice: Lattice, settings: Settings) -> tuple[float, float, float, float]:
+    """What silhouettes (as a mean), overlap and extrusion (as sums, in metres) and contact count in Eq. 1."""
+    weighting = WEIGHTINGS[settings.weighting]
+    pixels = len(scene.cameras) * settings.resolution**2 if weighting.silhouette == "sum" else 1
+    points = 1 if weighting.overlap == "sum" else lattice.count
+    vertices = 1 if weighting.extrusion == "sum" else scene.moving_vertices
+    length = lattice.spacing if weighting.unit == "step" else 1.0
+    return (
+        settings.silhouette_weight * weighting.factors[0] * pixels,
+        settings.overlap_weight * weighting.factors[1] / points / length,
+        settings.lambda_ * weighting.factors[2] / vertices / length,
+        settings.contact_weight / length,
+    )
+
+
+def pulls(losses: Tensor, weights: tuple[float, float, float, float], translation: Tensor) -> Tensor:
+    """How hard each term pulls: `(..., 4)`, the norm of its gradient with respect to a translation, in the mean over
+    the bodies, times its weight.
+
+    losses `(..., 5)` as `objective` gives them, not yet propagated back; they stay so.
+    """
+    found = []
+    for column, weight in enumerate(weights, start=1):
+        loss = losses[..., column].sum()
+        slope = torch.autograd.grad(loss, translation, retain_graph=True, allow_unused=True)[0] if weight else None
+        norms = (
+            torch.zeros(translation.shape[:-1], dtype=translation.dtype) if slope is None else slope.norm(dim=-1).cpu()
+        )
+        found.append(weight * norms.mean(-1))
+    return torch.stack(found, -1)
 
 
 def find_neighbours(scene: Scene, rotation: Tensor, translation: Tensor, settings: Settings) -> contact.Neighbours:
@@ -64,3 +94,12 @@ def find_neighbours(scene: Scene, rotation: Tensor, translation: Tensor, setting
     reach = NEIGHBOUR_REACH * scene.radius.mean().item() + 2 * settings.contact_margin
     place = scene.half, rotation, translation, scene.container
     return contact.neighbours(scene.stack, scene.samples, *place, reach, scene.movers)
+
+
+def pull_shares(pulled: np.ndarray) -> np.ndarray:
+    """Each term's share of the gradient `(4,)`, in the mean over the rows of `pulled` `(J, 4)` in which any term pulls.
+
+    Zeros where there are none.
+    """
+    pulled = pulled[pulled.sum(1) > 0]
+    return (pulled / pulled.sum(1, keepdims=True)).mean(0) if len(pulled) else np.zeros(len(LOSS_NAMES) - 1)

@@ -19,9 +19,10 @@ from .contact import Neighbours
 from .geometry.cameras import Camera
 from .geometry.containers import Container
 from .geometry.meshes import Body
+from .geometry.silhouette_edges import Views
 from .io import checkpoint as checkpoints
 from .kernels import dispatch
-from .objective import LOSS_NAMES, find_neighbours, objective
+from .objective import LOSS_NAMES, find_neighbours, objective, pulls, term_weights
 from .poses import Poses, Variables
 from .problem import Problem, Settings
 from .query_points import Lattice, query_lattice
@@ -31,6 +32,7 @@ from .util.adam import Adam
 from .util.errors import InputError
 
 NEIGHBOUR_LIFE = 10  # iterations for which its neighbours are kept
+PULLS_EVERY = 10  # iterations, after which it is noted how hard each term pulls
 
 
 @dataclass(frozen=True)
@@ -38,8 +40,10 @@ class Arrangement:
     """Where the bodies ended up.
 
     rotation `(N, 3, 3)`, translation `(N, 3)`: of the bodies' centres, CPU, float64.
-    images, targets : `(K, H, W)` float32, as drawn at the end without blur.
+    images, targets : `(K, H, W)` float32, as drawn at the end without blur, by `cameras`. Where the targets are the
+        container's own, these are close about it, however wide the viewing volume of the run.
     history : one row an iteration, columns LOSS_NAMES.
+    pulls : one row every PULLS_EVERY iterations, columns LOSS_NAMES[1:], see `objective.pulls`.
     interrupted : True where Ctrl-C or the callback ended it early.
     """
 
@@ -52,6 +56,7 @@ class Arrangement:
     cameras: Sequence[Camera]
     history: np.ndarray
     interrupted: bool = False
+    pulls: np.ndarray = field(default_factory=lambda: np.zeros((0, len(LOSS_NAMES) - 1), np.float32))
 
     @property
     def bodies(self) -> Sequence[Body]:
@@ -111,7 +116,7 @@ def optimize(
     """
     settings = settings or Settings()
     start = start or Poses.random(problem.bodies, problem.container, settings.seed)
-    state = init(problem, settings, start, scene or problem.scene(device, dtype))
+    state = init(problem, settings, start, scene or problem.scene(device, dtype, settings.viewing_volume))
     if checkpoint:
         state.load(checkpoint)
     interrupted = run(state, callback, progress, checkpoint, checkpoint_every)
@@ -119,18 +124,27 @@ def optimize(
         state.save(checkpoint)
     with torch.no_grad():
         rotation, translation = state.variables.poses()
-        images = render(state.scene.outlines, rotation, translation, state.scene.views, settings.resolution)
-    rows = torch.stack(state.history) if state.history else torch.zeros(0, *translation.shape[:-2], len(LOSS_NAMES))
+        cameras, targets = state.scene.cameras, state.targets
+        if problem.shows_the_container:
+            cameras = problem.container.views()
+            close = Views(cameras, state.scene.device, state.scene.dtype)
+            targets = state.scene.container_silhouettes(settings.resolution, views=close)
+        views = Views(cameras, state.scene.device, state.scene.dtype)
+        images = render(state.scene.outlines, rotation, translation, views, settings.resolution)
+    starts = translation.shape[:-2]
+    rows = torch.stack(state.history) if state.history else torch.zeros(0, *starts, len(LOSS_NAMES))
+    pulled = torch.stack(state.pulls) if state.pulls else torch.zeros(0, *starts, len(LOSS_NAMES) - 1)
     return Arrangement(
         problem,
         state.settings,
         rotation.double().cpu(),
         translation.double().cpu(),
         images.float().cpu().numpy(),
-        state.targets.float().cpu().numpy(),
-        state.scene.cameras,
+        targets.float().cpu().numpy(),
+        cameras,
         rows.cpu().numpy(),
         interrupted,
+        pulled.numpy(),
     )
 
 
@@ -153,6 +167,7 @@ def optimize_many(
             translation=together.translation[k],
             images=together.images[k],
             history=together.history[:, k],
+            pulls=together.pulls[:, k],
         )
         for k in range(len(starts))
     ]
@@ -162,8 +177,8 @@ def optimize_many(
 class State:
     """The loop between two iterations: what it works on, the settings of the next iteration, and what it has learned.
 
-    targets `(K, H, W)`. near : what the contact term looks at, kept for NEIGHBOUR_LIFE iterations. history : the losses
-    of each iteration so far.
+    targets `(K, H, W)`. near : what the contact term looks at, kept for NEIGHBOUR_LIFE iterations. history, pulls : so
+    far, as in `Arrangement`.
     """
 
     scene: Scene
@@ -175,6 +190,7 @@ class State:
     identity: dict
     near: Neighbours | None = None
     history: list[Tensor] = field(default_factory=list)
+    pulls: list[Tensor] = field(default_factory=list)
 
     @property
     def iteration(self) -> int:
@@ -185,6 +201,7 @@ class State:
         """Write all that the next iteration depends on. Raises OSError where it cannot."""
         learned = {
             "rows": torch.stack(self.history).cpu() if self.history else torch.zeros(0),
+            "pulls": torch.stack(self.pulls) if self.pulls else torch.zeros(0),
             "turn": self.variables.turn.detach().cpu(),
             "shift": self.variables.shift.detach().cpu(),
             "rotation": self.variables.start.rotation.cpu(),
@@ -203,7 +220,7 @@ class State:
             self.variables.shift.copy_(learned["shift"])
         self.variables.start = Poses(learned["rotation"], learned["translation"])
         self.adam.load_state_dict(learned["adam"])
-        self.history = list(learned["rows"])
+        self.history, self.pulls = list(learned["rows"]), list(learned["pulls"])
 
 
 def init(problem: Problem, settings: Settings, start: Poses, scene: Scene) -> State:
@@ -227,6 +244,8 @@ def step(state: State) -> Step:
         state.near = find_neighbours(scene, rotation, translation, settings)
     points = _jittered(state.lattice, settings.seed, iteration) if settings.jitter else state.lattice
     losses, images = objective(scene, rotation, translation, state.targets, points, settings, iteration, state.near)
+    if iteration % PULLS_EVERY == 0:
+        state.pulls.append(pulls(losses, term_weights(scene, points, settings), translation))
     state.adam.zero_grad()
     losses[..., 0].sum().backward()
     state.adam.step(state.variables.rates(settings.rate(iteration)))

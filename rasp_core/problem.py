@@ -11,7 +11,7 @@ from torch import Tensor
 
 from . import losses, query_points
 from .geometry.cameras import Camera
-from .geometry.containers import Container
+from .geometry.containers import MARGIN, Container
 from .geometry.meshes import Body
 from .scene import Scene
 from .util.errors import InputError
@@ -20,14 +20,57 @@ ROTATIONS = ("angles", "quaternion")
 
 
 @dataclass(frozen=True)
+class Weighting:
+    """How Eq. 1 weighs its terms: a reading of the paper's text, or of its authors' code.
+
+    source : where it comes from. silhouette, overlap, extrusion : what Eq. 2, 4 and 5 are over pixels and views, query
+    points, and vertices, "sum" or "mean". unit : of the lengths in Eq. 4 and 5, "metre" or "step", the spacing of the
+    query points. factors : on Eq. 2, on Eq. 4, and on lambda.
+    """
+
+    source: str
+    silhouette: str = "mean"
+    overlap: str = "sum"
+    extrusion: str = "sum"
+    unit: str = "metre"
+    factors: tuple[float, float, float] = (1.0, 1.0, 1.0)
+
+
+WEIGHTINGS = {
+    "printed": Weighting("the paper's Eq. 1, 2, 4 and 5 as printed, lengths in metres"),
+    "overlap_mean": Weighting("Eq. 4 as a mean over the query points, as Eq. 2 is over pixels", overlap="mean"),
+    "means": Weighting("Eq. 4 and 5 as means, as Eq. 2 is", overlap="mean", extrusion="mean"),
+    "pixel_sum": Weighting("Eq. 2 summed over pixels and views, as the authors' code does", silhouette="sum"),
+    "summed": Weighting(
+        "the same, and lengths in steps of the query points, the unit of the authors' code",
+        silhouette="sum",
+        unit="step",
+    ),
+    "authors": Weighting(
+        "the weights of the authors' code, whose loop sets the container's to 0; it counts near points for Eq. 4",
+        silhouette="sum",
+        unit="step",
+        factors=(0.5, 0.1, 0.0),
+    ),
+    "walls": Weighting(
+        "this kit's until version 0.9: as printed, but lambda 3000 times as large", factors=(1, 1, 3000)
+    ),
+    "no_shadows": Weighting("overlap and walls alone, lambda a thousand times as large", factors=(0, 1, 1000)),
+}
+
+
+@dataclass(frozen=True)
 class Settings:
     """How to optimise. The defaults are the paper's where it gives them.
 
     iterations, learning_rate, final_learning_rate : Adam, the rate falling geometrically; for translations it is
         in units of the viewing width, for rotations in radians.
-    lambda_, epsilon : weight (per metre) and depth (metres) of the extrusion term (Eq. 1, 5).
+    weighting : a name in WEIGHTINGS: what the terms of Eq. 1 are sums or means over. The weights below multiply it.
+    lambda_, epsilon : weight and depth (metres) of the extrusion term (Eq. 1, 5).
     silhouette_weight, overlap_weight, contact_weight : of Eq. 2, Eq. 4 and the kit's surface contact, which the
         paper does not have (0). Contact is divided by the volume of a query point, which gives it Eq. 4's unit.
+    viewing_volume : its edge, over the largest distance that the container spans in it, where the targets are the
+        container's own silhouettes. What lies beyond it casts no shadow, and no shadow pulls it back.
     contact_margin : metres that a body keeps from walls and, twice, from others, under the contact term.
     overlap_term : "shared" or "as_printed", see `losses.overlap`.
     query_points, jitter : how many, and whether the lattice is shifted at random at every iteration, so that no
@@ -40,12 +83,14 @@ class Settings:
     iterations: int = 1000
     learning_rate: float = 1e-2
     final_learning_rate: float = 1e-4
+    weighting: str = "summed"
     lambda_: float = losses.LAMBDA
     epsilon: float = losses.EPSILON
     silhouette_weight: float = 1.0
     overlap_weight: float = 1.0
     contact_weight: float = 0.0
     contact_margin: float = 0.0
+    viewing_volume: float = 2.0
     overlap_term: str = "shared"
     query_points: int = query_points.QUERY_POINTS
     jitter: bool = True
@@ -62,6 +107,10 @@ class Settings:
         for name in ("lambda_", "silhouette_weight", "overlap_weight", "contact_weight", "softness_px"):
             if not getattr(self, name) >= 0:
                 raise InputError(f"{name} must not be negative, got {getattr(self, name)}")
+        if not self.viewing_volume >= 1:
+            raise InputError(f"viewing_volume must be at least 1, the container's own, got {self.viewing_volume}")
+        if self.weighting not in WEIGHTINGS:
+            raise InputError(f"weighting {self.weighting!r} is unknown; use one of {', '.join(WEIGHTINGS)}")
         if self.rotation not in ROTATIONS:
             raise InputError(f"rotation {self.rotation!r} is unknown; use one of {', '.join(ROTATIONS)}")
         if self.overlap_term not in losses.OVERLAP_TERMS:
@@ -93,9 +142,20 @@ class Problem:
     targets: np.ndarray | None = None
     obstacles: int = 0
 
-    def scene(self, device: str | torch.device = "cpu", dtype: torch.dtype = torch.float32) -> Scene:
-        """The problem's tensors on a device."""
-        cameras = self.cameras or self.container.views()
+    @property
+    def shows_the_container(self) -> bool:
+        """Whether views and targets are the container's own."""
+        return self.cameras is None and self.targets is None
+
+    def scene(
+        self,
+        device: str | torch.device = "cpu",
+        dtype: torch.dtype = torch.float32,
+        viewing_volume: float = MARGIN,
+    ) -> Scene:
+        """The problem's tensors on a device; viewing_volume : as in `Settings`."""
+        wide = viewing_volume if self.shows_the_container else MARGIN
+        cameras = self.cameras or self.container.views(wide)
         return Scene(self.bodies, self.container, cameras, device, dtype, self.obstacles)
 
     def target_images(self, scene: Scene, resolution: int) -> Tensor:

@@ -53,17 +53,18 @@ class Scene:
         self.radius = self._tensor([body.radius for body in bodies])
         self.samples = surface_samples(bodies, self.device, dtype)
 
-    def container_silhouettes(self, resolution: int, height: float = 1.0) -> Tensor:
+    def container_silhouettes(self, resolution: int, height: float = 1.0, views: Views | None = None) -> Tensor:
         """The container's own silhouettes `(K, resolution, resolution)`, the targets of packing.
 
-        height : the container is squeezed upon its floor to this fraction of its height before.
+        height : the container is squeezed upon its floor to this fraction of its height before. views : others than
+        the scene's.
         """
         body, floor = self.container.body, self.container.bounds[0, 2]
         if height != 1:
             corners = body.solid_vertices + body.centre
             corners[:, 2] = floor + height * (corners[:, 2] - floor)
             body = make_body(body.name, corners, body.solid_faces)
-        return render_at_rest(body, self.views, resolution)
+        return render_at_rest(body, self.views if views is None else views, resolution)
 
     def _tensor(self, rows) -> Tensor:
         return torch.as_tensor(np.asarray(rows, np.float64), device=self.device, dtype=self.dtype)

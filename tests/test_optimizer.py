@@ -133,7 +133,7 @@ def test_starts_and_targets_that_do_not_fit_are_refused(problem):
 
 def test_optimize_is_init_and_a_step_for_each_iteration(problem):
     start = Poses.random(problem.bodies, BOX, QUICK.seed)
-    state = init(problem, QUICK, start, problem.scene())
+    state = init(problem, QUICK, start, problem.scene(viewing_volume=QUICK.viewing_volume))
     steps = [step(state) for _ in range(3)]
     assert [found.iteration for found in steps] == [0, 1, 2]
     assert torch.allclose(steps[0].rotation, start.rotation, atol=1e-6)
@@ -179,3 +179,22 @@ def test_settings_from_the_callback_take_over(problem):
     assert list(found.history[:, LOSS_NAMES.index("extrusion")] != 0) == [True, False, False, False]
     assert found.images.shape[-1] == settings.resolution
     assert not found.interrupted
+
+
+@pytest.mark.parametrize(("viewing_volume", "comes_back"), [(1.1, False), (3.0, True)])
+def test_shadows_pull_back_what_is_out_of_the_box_but_in_the_picture(viewing_volume, comes_back):
+    """One can beside the box; walls do not pull."""
+    bodies = kitchen_like(1)
+    start = Poses(torch.eye(3)[None], torch.tensor([[0.25, 0.0, 0.0]]))
+    settings = Settings(iterations=100, resolution=64, lambda_=0.0, viewing_volume=viewing_volume, softness_px=16.0)
+    run = optimize(Problem(bodies, BOX), settings, start)
+    assert (run.translation[0, 0] < 0.15) == comes_back
+    assert run.cameras[0].width == pytest.approx(1.1 * 0.3), "drawn close about the container all the same"
+
+
+def test_pulls_are_noted_every_tenth_iteration(problem):
+    run = optimize(problem, Settings(iterations=21, query_points=2000, resolution=32))
+    assert run.pulls.shape == (3, 4)
+    assert (run.pulls[:, 0] > 0).all()
+    assert run.pulls[0, 1] > 0, "random poses overlap"
+    assert (run.pulls[:, 3] == 0).all()

@@ -7,7 +7,7 @@ from data_fetch import kitchen_like
 from rasp_core import poses
 from rasp_core.geometry import containers
 from rasp_core.poses import Poses
-from rasp_core.problem import Settings
+from rasp_core.problem import Problem, Settings
 from rasp_core.util.errors import InputError
 
 BOX = containers.box((0.3, 0.3, 0.3))
@@ -30,6 +30,8 @@ def test_schedules_fall_geometrically():
         {"softness_px": -1.0},
         {"rotation": "matrix"},
         {"overlap_term": "none"},
+        {"weighting": "unheard-of"},
+        {"viewing_volume": 0.9},
     ],
 )
 def test_impossible_settings_are_refused(bad):
@@ -42,3 +44,13 @@ def test_random_starts_lie_inside_and_turn_anywhere():
     assert (start.translation.abs() < 0.15).all()
     assert poses.degrees_between(start.rotation[:-1], start.rotation[1:]).std() > 20
     assert torch.equal(start.take([4, 2]).translation, start.translation[[4, 2]])
+
+
+def test_only_views_of_the_containers_own_are_widened():
+    bodies = kitchen_like(2)
+    wide = Problem(bodies, BOX).scene(viewing_volume=2.0)
+    assert [camera.width for camera in wide.cameras] == pytest.approx([0.6] * 3)
+    given = BOX.views()
+    assert Problem(bodies, BOX, given).scene(viewing_volume=2.0).cameras == given
+    targets = torch.zeros(3, 8, 8).numpy()
+    assert Problem(bodies, BOX, targets=targets).scene(viewing_volume=2.0).cameras == given

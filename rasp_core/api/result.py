@@ -32,6 +32,13 @@ class Result(Certified):
         return self.arrangement.history
 
     @property
+    def gradient_shares(self) -> dict[str, float]:
+        """Each term's share of the gradient with respect to translations, in the mean over the run; 0 without one."""
+        from ..objective import LOSS_NAMES, pull_shares
+
+        return dict(zip(LOSS_NAMES[1:], pull_shares(self.arrangement.pulls).tolist(), strict=True))
+
+    @property
     def verdict(self) -> str:
         """Whether the certificate holds, in words."""
         if self.certificate.holds:

@@ -64,6 +64,7 @@ OPTIMISATION = Settings(
     final_learning_rate=1.5e-4,
     softness_px=1.5,
     final_softness_px=0.5,
+    weighting="printed",
     silhouette_weight=100.0,
     overlap_weight=0.0,
     lambda_=0.0,

@@ -51,6 +51,7 @@ OPTIMISATION = Settings(
     learning_rate=4e-3,
     softness_px=2.0,
     final_softness_px=0.5,
+    weighting="printed",
     silhouette_weight=100.0,
     lambda_=0.0,
     query_points=20_000,

@@ -14,9 +14,13 @@ from ..io.atomic_files import whole
 from ..util.errors import InputError
 from ..util.loading import loading
 
-SETTINGS = ("lambda_", "epsilon", "iterations", "resolution")  # options that are fields of `problem.Settings`
+WEIGHTS = ("weighting", "lambda_", "epsilon")  # options that are fields of `problem.Settings`
+SETTINGS = (*WEIGHTS, "viewing_volume", "iterations", "resolution")
 LENGTHS = {"epsilon", "width"}  # options that are in the unit
-SWEPT = ("time_limit", "effort", "repeat", "fit_objects", "azimuths_deg", "elevations_deg", "iterations", "resolution")
+SWEPT = (
+    *("time_limit", "effort", "repeat", "fit_objects", "azimuths_deg", "elevations_deg", "viewing_volume"),
+    *("iterations", "resolution"),
+)
 
 
 def pack(options: argparse.Namespace) -> int:
@@ -55,6 +59,9 @@ def pack(options: argparse.Namespace) -> int:
         **_given(options, *SETTINGS),
     )
     print(f"rasp: {_removal(packed.removal)}", file=sys.stderr)
+    if any(packed.gradient_shares.values()):
+        shares = ", ".join(f"{name} {share:.0%}" for name, share in packed.gradient_shares.items())
+        print(f"rasp: shares of the gradient, in the mean over the run: {shares}", file=sys.stderr)
     settled = packed.settle() if options.settle else None
     for line in settled.lines() if settled else ():
         print(f"rasp: {line}", file=sys.stderr)
@@ -147,7 +154,7 @@ def sweep(options: argparse.Namespace) -> int:
     _check_time(options)
     if options.seeds < 1:
         raise InputError(f"--seeds must be positive, got {options.seeds}")
-    count, given, weights = _count(options.count), _given(options, *SWEPT), _given(options, "lambda_", "epsilon")
+    count, given, weights = _count(options.count), _given(options, *SWEPT), _given(options, *WEIGHTS)
     method = _method(options, {**given, **weights} | _counted(count))
     if method == "paper":
         weights = {"lambda_": [Settings.lambda_], "epsilon": [Settings.epsilon]} | weights
@@ -170,7 +177,9 @@ def sweep(options: argparse.Namespace) -> int:
         writer.writerows(run | result for run, result in zip(varied, found, strict=True))
     best = max(range(len(found)), key=lambda i: (found[i]["certified"], found[i]["density"]))
     run, result = varied[best], found[best]
-    chosen = " ".join(f"--{name.strip('_')} {value:g}" for name, value in run.items())
+    chosen = " ".join(
+        f"--{name.strip('_')} {value if isinstance(value, str) else f'{value:g}'}" for name, value in run.items()
+    )
     print(
         f"{options.out}: {len(found)} runs, {sum(r['certified'] for r in found)} certified; best density "
         f"{result['density']:.4f} with {result['objects']} objects: {chosen}"

@@ -89,6 +89,7 @@ def _parser() -> _Parser:
     _add_problem(pack)
     pack.add_argument("--lambda", dest="lambda_", type=float, help="weight of Eq. 5 (default: 0.001)")
     pack.add_argument("--epsilon", type=float, help="depth of Eq. 5, a length (default: 0.01 m)")
+    pack.add_argument("--weighting", metavar="NAME", help="how Eq. 1 weighs its terms (default: summed)")
     pack.add_argument("--seed", type=_seed, default=0)
     pack.add_argument("--settle", action="store_true", help="let the packing fall under gravity, and judge it anew")
     pack.add_argument("--out", type=Path, default=Path("out"), help="the run's folder (default: out)")
@@ -99,6 +100,7 @@ def _parser() -> _Parser:
     sweep.add_argument("--seeds", type=int, default=8, metavar="N", help="the seeds 0 to N - 1 (default: 8)")
     sweep.add_argument("--lambda", dest="lambda_", type=float, nargs="+", help="one or more (default: 0.001)")
     sweep.add_argument("--epsilon", type=float, nargs="+", help="one or more lengths (default: 0.01 m)")
+    sweep.add_argument("--weighting", metavar="NAME", nargs="+", help="one or more (default: summed)")
     sweep.add_argument("--workers", type=int, help="local processes (default: one for each core)")
     sweep.add_argument("--scheduler", metavar="ADDRESS", help="a running Dask cluster instead, tcp://HOST:8786")
     sweep.add_argument("--out", type=Path, default=Path("out"), help="finished runs are kept here (default: out)")
@@ -197,5 +199,8 @@ def _add_problem(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--time-limit", type=float, metavar="S", help="seconds for the search")
     parser.add_argument("--effort", type=int, metavar="E", help="tries of --method dense, instead of seconds")
     parser.add_argument("--iterations", type=int, help="length of the optimisation (default: 1000)")
+    parser.add_argument(
+        "--viewing-volume", type=float, metavar="W", help="its edge over the container's extent (default: 2)"
+    )
     parser.add_argument("--resolution", type=_pixels, help="pixels along a silhouette (default: 256)")
     parser.add_argument("--device", default="auto", help="auto, cpu, cuda, cuda:1, mps (default: auto)")

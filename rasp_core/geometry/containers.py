@@ -19,7 +19,7 @@ from .loading import METRES, Reading, load_body
 from .meshes import Body, make_body
 
 CAVITY = "cavity:"  # before a vessel's path
-MARGIN = 1.1  # the viewing volume's edge over the largest distance that the container spans in it
+MARGIN = 1.1  # the edge of a viewing volume over the largest distance that the container spans in it
 
 
 class Container:
@@ -52,14 +52,22 @@ class Container:
         """`(2, 3)`, lowest and highest corner."""
         return np.stack([self.body.solid_vertices.min(0), self.body.solid_vertices.max(0)]) + self.body.centre
 
-    def views(self) -> list[Camera]:
-        """The views in `directions`, else the paper's: the three faces of a box, five spread directions for a mesh."""
+    def views(self, margin: float = MARGIN) -> list[Camera]:
+        """The views in `directions`, else the paper's: the three faces of a box, five spread directions for a mesh.
+
+        margin : the viewing volume's edge over the largest distance that the container spans in it.
+        """
         centre, diagonal = self.bounds.mean(0), float(np.linalg.norm(np.ptp(self.bounds, axis=0)))
         if self.directions is not None:
-            return [Camera(*angles, MARGIN * diagonal, tuple(centre.tolist())) for angles in self.directions]
+            return [Camera(*angles, margin * diagonal, tuple(centre.tolist())) for angles in self.directions]
         if self.size is not None:
-            return box_views(MARGIN * float(self.size.max()), centre)
-        return spread_views(5, MARGIN * diagonal, centre)
+            return box_views(margin * float(self.size.max()), centre)
+        return spread_views(5, margin * diagonal, centre)
+
+    def scaled(self, factor: float) -> Container:
+        """The same, `factor` times as large about the world's origin."""
+        body = self.body.scaled(factor)
+        return Container(body, None if self.size is None else self.size * factor, self.directions)
 
     def signed_distance(self, points: Tensor) -> tuple[Tensor, Tensor]:
         """Distance `(M,)` to the wall, negative inside, and its gradient `(M, 3)`, at world points `(M, 3)`.

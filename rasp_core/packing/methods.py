@@ -38,6 +38,8 @@ OPTIONS = {  # of the command line, by the setting's name
     "effort": "--effort",
     "lambda_": "--lambda",
     "epsilon": "--epsilon",
+    "weighting": "--weighting",
+    "viewing_volume": "--viewing-volume",
     "iterations": "--iterations",
     "resolution": "--resolution",
     "seed": "--seed",

@@ -1,15 +1,16 @@
 """The paper's method: random poses, Eq. 1, then objects dropped or added until N = N_max, judged by exact booleans.
 
 The paper: N_init = |C| / mean |O| objects at random poses, Eq. 1, then objects are added or dropped until N = N_max,
-the most that fit with no intersection. It departs from the text so:
+the most that fit with no intersection. Shadows guide from the first iteration to the last: silhouettes are summed as in
+the authors' code (`problem.WEIGHTINGS`), and the viewing volume is wide enough to see what overlap throws out. It
+departs from the text so:
 
 - every round goes on from the poses of the round before instead of from new random ones;
 - what is dropped is chosen: the objects that share the most volume with others, for their own volume (by booleans);
-- what is added starts where, of random rotations and all positions, it shares the least volume with the others;
-- lambda is 3 instead: with the paper's 0.001 the overlap term, a sum over points of depths in metres, outweighs the
-  walls by far and pushes everything out of the box;
-- a last stage has surface contact (`contact.contact`) alone, which sees overlaps thinner than the spacing of the
-  query points; when objects are added, Eq. 5 acts beyond the walls only (`separation`).
+- from the second round on surface contact (`contact.contact`) helps Eq. 4, as it sees overlaps thinner than the spacing
+  of the query points; a last stage takes the rest away, under weaker shadows (`separation`);
+- what is added starts where, of some rotations and all positions, it shares the least volume with the others, now and
+  then for a smaller object that is taken out (`growth`).
 """
 
 from __future__ import annotations
@@ -20,19 +21,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 import torch
 
-from .. import losses
 from ..density import mesh_density
-from ..exact.certificate import TOLERANCE, certify
+from ..exact.certificate import TOLERANCE, Certificate, certify
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
-from ..geometry.sdf import GridStack
-from ..optimizer import optimize
-from ..poses import Poses
+from ..optimizer import Arrangement, optimize
+from ..poses import Poses, file_to_world
 from ..problem import Problem, Settings
 from ..util.budget import Budget
 from ..util.errors import InputError
 from ..util.progress import progress_bar
-from .insertion import Voids
+from .growth import Growth
 from .layout import Layout
 from .pool import check_sizes
 from .result import Packing, finish
@@ -43,15 +42,15 @@ from .separation import Separation
 class PaperTuning:
     """What the search about the paper's loop was tuned to."""
 
-    first_round_of_iterations: float = 0.15  # the first and the settling rounds; those between take a quarter of it
-    wall_weight: float = 3.0  # what the paper's lambda of 0.001 becomes while packing, per metre
+    first_round_of_iterations: float = 0.3
+    next_rounds_of_first: float = 0.25
     contact_margin_of_width: float = 3e-4  # of the viewing width
-    resolvable_fault_fraction: float = 0.01  # of the objects' volume: what the last stage can press out
+    resolvable_fault_fraction: float = 0.006  # of the objects' volume: what the last stage can press out
     most_dropped_fraction: float = 0.08  # of the objects, in one round
-    refusals_until_full: int = 12  # objects in a row that could not be added, after which N_max is reached
-    most_additions_tried: int = 50
+    dropped_over_fault_fraction: float = 2.0  # once contact has pressed
+    tries_of_iterations: float = 0.15  # to add an object
+    failures_until_full: int = 60  # in a row, after which N_max is reached
     simplified_by_of_radius: float = 0.005  # how far surfaces may stray when booleans only choose what is dropped
-    stalled_fraction: float = 0.7  # a settling round that leaves more than this of the worst fault has stalled
 
 
 TUNING = PaperTuning()
@@ -75,9 +74,10 @@ def pack(
     """Pack objects into a container and certify the result.
 
     count None: start from `initial_count` objects of the pool in seeded order and drop objects until the certificate
-    holds. A number: arrange exactly the first that many of that order, without search, and report what is.
-    settings : learning rates, contact terms and, when searching, the weight of the walls are the search's own (see
-    above); lambda_ scales the latter. A search makes about two to five times `settings.iterations` iterations.
+    holds, then add what fits. A number: arrange exactly the first that many of that order, without search, and report
+    what is.
+    settings : when searching, learning rates and contact terms are the search's own (see above). `iterations` set its
+    length: about ten times as many are made.
     time_limit : seconds; then, or at Ctrl-C, the objects at fault are dropped as they lie.
 
     Raises InputError for no bodies, a count out of range, or bodies larger than the container.
@@ -94,7 +94,8 @@ def pack(
 
 
 class _Run:
-    """One packing under way: the objects `chosen` at `poses`, and the last round's arrangement and certificate."""
+    """One packing under way: the objects and poses of `layout`, and the last certificate, which may be of simplified
+    solids."""
 
     def __init__(
         self,
@@ -106,147 +107,141 @@ class _Run:
         time_limit: float | None,
         progress: bool,
     ):
-        self.pool, self.container, self.chosen = pool, container, chosen
-        self.settings, self.device = settings, device
+        self.pool, self.container, self.settings, self.device = pool, container, settings, device
         self.budget = Budget(time_limit)
-        self.poses = Poses.random(self.bodies, container, settings.seed)
-        self.rough: list[Body] = []  # the pool, simplified
-        self.histories, self.rounds = [], []
+        self.layout = Layout(chosen, Poses.random([pool[i] for i in chosen], container, settings.seed))
+        self.histories, self.pulls, self.rounds = [], [], []
         self.bar = progress_bar("pack", "it", progress)
 
-    @property
-    def bodies(self) -> list[Body]:
-        return [self.pool[i] for i in self.chosen]
-
     def fixed(self) -> Packing:
-        self._round(self.settings)
-        return Packing(self.arrangement, self.certificate, self.chosen, self.arrangement.history, self.rounds)
+        """All objects arranged, without search."""
+        run = self._round(self.settings)
+        certificate = certify(run.bodies, run.matrices, self.container, TOLERANCE)
+        return Packing(run, certificate, self.layout.chosen, run.history, self.rounds)
 
     def search(self) -> Packing:
-        length = max(1, round(TUNING.first_round_of_iterations * self.settings.iterations))
-        base = replace(
-            self.settings,
-            iterations=length,
-            lambda_=self.settings.lambda_ * TUNING.wall_weight / losses.LAMBDA,
-            learning_rate=2e-2,
-            final_learning_rate=3e-3,
-        )
-        self.rough = [_simplified(body) for body in self.pool]
-        self._round(base, rough=True)
-        relax = replace(base, iterations=max(1, length // 4), learning_rate=8e-3, final_learning_rate=2e-3)
-        while len(self.chosen) > 1 and not self.stopped and self.fault_fraction > TUNING.resolvable_fault_fraction:
-            self._drop(max(1, int(len(self.chosen) * min(TUNING.most_dropped_fraction, self.fault_fraction))))
-            self._round(relax, rough=True)
-        self._judge()
-        settle = replace(
-            base,
-            learning_rate=3e-3,
-            final_learning_rate=1e-4,
-            silhouette_weight=0.0,
-            overlap_weight=0.0,
-            lambda_=0.0,
-            contact_weight=1.0,
-            contact_margin=TUNING.contact_margin_of_width * max(camera.width for camera in self.container.views()),
-        )
-        before = np.inf
-        while self.chosen and not self.stopped and not self.certificate.holds:
-            before, stalled = self.worst, self.worst > TUNING.stalled_fraction * before
-            if stalled:
-                self._drop(1)
-            if self.chosen:
-                self._round(settle)
-        while self.chosen and not self.certificate.holds:  # stopped early: what is left must hold as it lies
+        """Objects dropped and added until N = N_max."""
+        separation = Separation(self.pool, self.container, self.settings, self.device, self.budget.spent, shadows=True)
+        interrupted = False
+        try:
+            self._descend()
+            self._settle(separation)
+            self._grow(separation)
+        except KeyboardInterrupt:
+            interrupted = True
+        ended_early = interrupted or self._over
+        while ended_early and len(self.layout) and not self._judge().holds:  # what is left must hold as it lies
             self._drop(1)
-            if self.chosen:
-                self._judge()
-        self._add()
-        interrupted = self.stopped or self.budget.spent()
         return finish(
             self.pool,
-            self.chosen,
-            self.poses,
+            self.layout.chosen,
+            self.layout.poses,
             self.container,
             self.settings,
             self.device,
-            history=self.histories,
+            history=[*self.histories, *separation.history],
+            pulls=[*self.pulls, *separation.pulls],
             rounds=self.rounds,
-            interrupted=interrupted,
+            interrupted=ended_early,
         )
 
-    def _add(self) -> None:
-        """Objects one by one, each kept if the certificate then holds, until too many of them in a row could not
-        be added, or enough were tried."""
-        random, refused = np.random.default_rng(self.settings.seed), 0
-        device, stack = self.device, GridStack.of_bodies(self.pool, self.device)
-        voids = Voids(self.pool, self.container, device, random, stack)
-        separation = Separation(self.pool, self.container, self.settings, device, self.budget.spent, stack)
-        for attempt in range(TUNING.most_additions_tried):
-            if len(self.chosen) == len(self.pool) or refused == TUNING.refusals_until_full or self.stopped:
-                break
-            refused += 1
-            layout = voids.fill(Layout(self.chosen, self.poses), 1)
-            if len(layout) == len(self.chosen):
-                continue
-            movers = voids.neighbours(layout, inserted=1)
-            separated = separation.separate(layout, self.settings.seed + attempt, movers, patient=True)
-            if separated is not None:
-                self.chosen, self.poses, refused = separated.chosen, separated.poses, 0
-                self._record(added=True)
-        self.histories += separation.history
-
-    @property
-    def stopped(self) -> bool:
-        return self.arrangement.interrupted
-
-    @property
-    def worst(self) -> float:
-        return max(self.certificate.worst_overlap, self.certificate.worst_protrusion)
-
-    @property
-    def fault_fraction(self) -> float:
-        faults = self.certificate.overlap_volume + self.certificate.protrusion_volume
-        return faults / sum(body.volume for body in self.bodies)
-
-    def _round(self, settings: Settings, rough: bool = False) -> None:
-        problem = Problem(self.bodies, self.container)
-        self.arrangement = optimize(problem, settings, self.poses, self.device, callback=self._after_step)
-        self.poses = self.arrangement.poses
-        self.histories.append(self.arrangement.history)
+    def _descend(self) -> None:
+        """Eq. 1 and dropping, in turns, until what is at fault can be pressed out."""
+        length = max(1, round(TUNING.first_round_of_iterations * self.settings.iterations))
+        first = replace(self.settings, iterations=length, learning_rate=1e-2, final_learning_rate=1e-3)
+        following = replace(
+            first,
+            iterations=max(1, round(TUNING.next_rounds_of_first * length)),
+            learning_rate=4e-3,
+            contact_weight=1.0,
+        )
+        rough = [_simplified(body) for body in self.pool]
+        self._round(first)
         self._judge(rough)
+        while self._share_at_fault > TUNING.resolvable_fault_fraction and len(self.layout) > 1 and not self._over:
+            self._drop(max(1, int(len(self.layout) * min(TUNING.most_dropped_fraction, self._share_at_fault))))
+            self._round(following)
+            self._judge(rough)
+
+    def _settle(self, separation: Separation) -> None:
+        """Press what is left apart, and drop, until the certificate holds."""
+        attempt = self.settings.seed
+        while len(self.layout) and not self._over:
+            self.layout = separation.press(self.layout, attempt).layout
+            settled = separation.settle(self.layout, attempt)
+            if settled is not None:
+                self.layout = settled
+                self._judge()
+                return
+            self._judge()
+            dropped = TUNING.dropped_over_fault_fraction * self._share_at_fault
+            self._drop(max(1, int(len(self.layout) * min(TUNING.most_dropped_fraction, dropped))))
+            attempt += 1
+
+    def _grow(self, separation: Separation) -> None:
+        """Objects one by one, each kept if the certificate then holds, until too many tries in a row fail."""
+        random, failures = np.random.default_rng(self.settings.seed), 0
+        growth = Growth(self.pool, self.container, separation, random, self.settings.seed, self._added)
+        for number in range(round(TUNING.tries_of_iterations * self.settings.iterations)):
+            if len(self.layout) == len(self.pool) or failures == TUNING.failures_until_full or self._over:
+                return
+            before = self.layout
+            self.layout = growth.improve(before, number)
+            failures = failures + 1 if self.layout is before else 0
+            self.bar.update()
+
+    def _added(self, layout: Layout) -> None:
+        self.layout = layout
+        self._record(added=True, at_fault=0.0)
+
+    @property
+    def _over(self) -> bool:
+        return self.budget.spent()
+
+    def _round(self, settings: Settings) -> Arrangement:
+        problem = Problem(self.layout.bodies(self.pool), self.container)
+        run = optimize(problem, settings, self.layout.poses, self.device, callback=self._after_step)
+        self.layout = Layout(self.layout.chosen, run.poses)
+        self.histories.append(run.history)
+        self.pulls.append(run.pulls)
+        if run.interrupted and not self._over:
+            raise KeyboardInterrupt
+        return run
 
     def _after_step(self, _step) -> bool:
         self.bar.update()
-        return self.budget.spent()
+        return self._over
 
-    def _judge(self, rough: bool = False) -> None:
-        """rough : by simplified solids, to choose what is dropped; proves nothing."""
-        bodies = [self.rough[i] for i in self.chosen] if rough else self.bodies
-        self.certificate = certify(bodies, self.arrangement.matrices, self.container, TOLERANCE)
-        self._record(added=False)
+    def _judge(self, solids: Sequence[Body] | None = None) -> Certificate:
+        """The certificate of the layout; by `solids`, simplified ones of the pool, to choose what is dropped: that
+        proves nothing."""
+        bodies, poses = self.layout.bodies(solids or self.pool), self.layout.poses
+        matrices = file_to_world(bodies, poses.rotation, poses.translation)
+        self.certificate = certify(bodies, matrices, self.container, TOLERANCE)
+        self._record(added=False, at_fault=self._share_at_fault)
+        return self.certificate
 
-    def _record(self, added: bool) -> None:
-        density, faults = mesh_density(self.bodies, self.container), 0.0 if added else self.fault_fraction
-        self.rounds.append({"added": added, "objects": len(self.chosen), "density": density, "fault_share": faults})
-        self.bar.set_postfix_str(f"objects {len(self.chosen)}, density {density:.4f}, overlap {faults:.1e}")
+    @property
+    def _share_at_fault(self) -> float:
+        faults = self.certificate.overlap_volume + self.certificate.protrusion_volume
+        return faults / sum(body.volume for body in self.layout.bodies(self.pool))
+
+    def _record(self, added: bool, at_fault: float) -> None:
+        count, density = len(self.layout), mesh_density(self.layout.bodies(self.pool), self.container)
+        self.rounds.append({"added": added, "objects": count, "density": density, "fault_share": at_fault})
+        self.bar.set_postfix_str(f"objects {count}, density {density:.4f}, overlap {at_fault:.1e}")
 
     def _drop(self, count: int) -> None:
         """Take out the `count` objects with the most volume at fault for their own volume."""
-        at_fault = dict.fromkeys((body.name for body in self.bodies), 0.0)
+        bodies = self.layout.bodies(self.pool)
+        at_fault = dict.fromkeys((body.name for body in bodies), 0.0)
         for overlap in self.certificate.overlaps:
             at_fault[overlap.first] += overlap.volume
             at_fault[overlap.second] += overlap.volume
         for protrusion in self.certificate.protrusions:
             at_fault[protrusion.body] += protrusion.volume
-        fraction = np.array([at_fault[body.name] / body.volume for body in self.bodies])
-        keep = sorted(np.argsort(-fraction, kind="stable")[count:].tolist())
-        self.chosen = [self.chosen[i] for i in keep]
-        self.poses = self.poses.take(keep)
-        if not keep:  # what lay at random may yet fit where it is added
-            return
-        problem = replace(self.arrangement.problem, bodies=self.bodies)
-        self.arrangement = replace(
-            self.arrangement, problem=problem, rotation=self.poses.rotation, translation=self.poses.translation
-        )
+        fraction = np.array([at_fault[body.name] / body.volume for body in bodies])
+        self.layout = self.layout.take(sorted(np.argsort(-fraction, kind="stable")[count:].tolist()))
 
 
 def _simplified(body: Body) -> Body:

@@ -33,6 +33,11 @@ class Packing(Certified):
     history: np.ndarray
     rounds: list[dict]
 
+    @property
+    def pulls(self) -> np.ndarray:
+        """`(J, 4)` how hard each term pulled, every ten iterations of every round, see `objective.pulls`."""
+        return self.arrangement.pulls
+
 
 def finish(
     bodies: Sequence[Body],
@@ -43,11 +48,13 @@ def finish(
     device: str | torch.device = "cpu",
     history: Sequence[np.ndarray] = (),
     rounds: Sequence[dict] = (),
+    pulls: Sequence[np.ndarray] = (),
     interrupted: bool = False,
 ) -> Packing:
     """The packing of the objects `chosen` from `bodies` at `poses` in their order, drawn and certified.
 
-    settings : for the record; the resolution is that of the images. history : `(I, 5)` losses of each round.
+    settings : for the record; the resolution is that of the images. history, pulls : `(I, 5)` and `(J, 4)` of each
+    round, as in `optimizer.Arrangement`.
 
     Raises InputError if nothing was chosen.
     """
@@ -68,6 +75,7 @@ def finish(
         targets=scene.container_silhouettes(settings.resolution).cpu().numpy(),
         cameras=scene.cameras,
         history=losses,
+        pulls=np.concatenate([np.zeros((0, len(LOSS_NAMES) - 1), np.float32), *pulls]),
         interrupted=interrupted,
     )
     certificate = certify(problem.bodies, arrangement.matrices, container, TOLERANCE)

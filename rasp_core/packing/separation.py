@@ -1,4 +1,4 @@
-"""Overlapping objects pressed apart until exact booleans find nothing.
+"""Overlapping objects pressed apart until exact booleans find nothing, with shadows that guide them or without.
 
 Eq. 4 and 5 and surface contact press; contact alone takes the rest; exact booleans judge. Eq. 5 acts only beyond the
 wall here: with the paper's epsilon of 1 cm it presses together what lies along a wall.
@@ -16,7 +16,7 @@ import torch
 
 from ..exact.overlap_removal import REPAIR_TOLERANCE, REPAIRABLE_FRACTION, remove_overlaps
 from ..geometry.cameras import Camera
-from ..geometry.containers import Container
+from ..geometry.containers import MARGIN, Container
 from ..geometry.meshes import Body
 from ..geometry.sdf import GridStack
 from ..optimizer import Step, optimize
@@ -40,8 +40,12 @@ class SeparationTuning:
     settling_iterations: int = 60
     settlings: int = 2  # of what contact has not quite freed, the second helps half
     most_query_points: int = 30_000  # contact sees what lies between them
+    most_pixels: int = 128  # along a silhouette; fewer, as there are fewer points, keep the balance of their sums
     obstacles_within_mean_radii: float = 0.5  # how far about the movers' boxes the others are looked at
-    silhouette_pixels: int = 8  # along an edge; silhouettes do not count here
+    silhouette_pixels: int = 8  # along an edge, where shadows do not guide
+    pressing_shadow_fraction: float = 0.1  # of their weight; with all of it thin objects are pressed into each other
+    settling_shadow_fraction: float = 0.005  # while contact alone takes the rest
+    softness_px: float = 2.0  # of shadows at first, for a 256 pixel image
     contact_margin_of_width: float = 6e-4  # of the viewing width
     wall_depth_of_width: float = 3e-4  # Eq. 5's epsilon
 
@@ -64,7 +68,8 @@ class Separation:
 
     settings : the seed, the number of query points and how rotations are parametrised count, the rest is set here.
     spent : says when time is over; pressing then ends, and nothing counts as settled. stack : the pool's grids, if they
-    are at hand. history : losses `(I, 5)` of every run of the optimiser.
+    are at hand. shadows : silhouettes guide, too, by the settings' weights, in their viewing volume; all objects are
+    then drawn. history, pulls : losses `(I, 5)`, and `(J, 4)` how hard each term pulls, of every run of the optimiser.
 
     Successes are remembered: once there are enough, what overlaps much more on its way than they did is given up.
     """
@@ -77,19 +82,20 @@ class Separation:
         device: torch.device,
         spent: Callable[[], bool],
         stack: GridStack | None = None,
+        shadows: bool = False,
     ):
         self.pool, self.container, self.settings, self.spent = list(pool), container, settings, spent
+        self.device, self.stack, self.shadows = device, stack or GridStack.of_bodies(pool, device), shadows
         self.radius = float(np.mean([body.radius for body in pool]))
         mean_volume = float(np.mean([body.volume for body in pool]))
         self.hopeless_overlap = TUNING.hopeless_overlap * mean_volume * self.radius
         self.half = torch.tensor(np.array([body.half_extents for body in pool])).float()
-        cameras = container.views()
+        cameras = container.views(settings.viewing_volume if shadows else MARGIN)
         self.width = max(camera.width for camera in cameras)
-        self.device = device
-        stack = stack or GridStack.of_bodies(pool, device)
         # the last scene serves again, as settling follows pressing with the same objects
-        self._scene = lru_cache(maxsize=1)(partial(_scene, self.pool, container, cameras, device, stack))
+        self._scene = lru_cache(maxsize=1)(partial(_scene, self.pool, container, cameras, device, self.stack))
         self.history: list[np.ndarray] = []
+        self.pulls: list[np.ndarray] = []
         self.successes: deque[dict[int, float]] = deque(maxlen=TUNING.successes_remembered)
 
     def separate(
@@ -115,8 +121,9 @@ class Separation:
         settings = replace(
             contact,
             overlap_weight=1.0,
-            lambda_=TUNING.wall_weight,
+            lambda_=self.settings.lambda_ if self.shadows else TUNING.wall_weight,
             iterations=TUNING.pressing_iterations,
+            silhouette_weight=self._shadow_weight(TUNING.pressing_shadow_fraction),
             learning_rate=rate,
             final_learning_rate=rate / 6,
         )
@@ -159,10 +166,8 @@ class Separation:
         return replace(
             self.settings,
             iterations=TUNING.settling_iterations,
-            resolution=TUNING.silhouette_pixels,
             learning_rate=rate,
             final_learning_rate=rate / 20,
-            silhouette_weight=0.0,
             overlap_weight=0.0,
             lambda_=0.0,
             epsilon=TUNING.wall_depth_of_width * self.width,
@@ -170,7 +175,15 @@ class Separation:
             contact_margin=TUNING.contact_margin_of_width * self.width,
             query_points=min(TUNING.most_query_points, self.settings.query_points),
             seed=seed,
+            weighting=self.settings.weighting if self.shadows else "printed",
+            silhouette_weight=self._shadow_weight(TUNING.settling_shadow_fraction),
+            resolution=min(TUNING.most_pixels, self.settings.resolution) if self.shadows else TUNING.silhouette_pixels,
+            softness_px=TUNING.softness_px,
+            final_softness_px=TUNING.softness_px / 2,
         )
+
+    def _shadow_weight(self, fraction: float) -> float:
+        return fraction * self.settings.silhouette_weight if self.shadows else 0.0
 
     def _optimized(
         self,
@@ -201,6 +214,7 @@ class Separation:
         if run.interrupted and not ended:
             raise KeyboardInterrupt
         self.history.append(run.history)
+        self.pulls.append(run.pulls)
         rotation, translation = layout.poses.rotation.double().clone(), layout.poses.translation.double().clone()
         rotation[seen], translation[seen] = run.rotation, run.translation
         return Layout(layout.chosen, Poses(rotation, translation))
@@ -208,6 +222,8 @@ class Separation:
     def _obstacles(self, layout: Layout, movers: Sequence[int]) -> list[int]:
         """Positions of the other objects whose boxes lie near a mover's."""
         rest = np.setdiff1d(np.arange(len(layout)), movers)
+        if self.shadows:  # what is hidden depends on all of them
+            return rest.tolist()
         half = self.half[layout.chosen].double()
         reach = (layout.poses.rotation.double().abs() @ half[:, :, None])[:, :, 0].numpy()
         reach = reach + TUNING.obstacles_within_mean_radii * self.radius / 2

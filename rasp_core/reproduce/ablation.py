@@ -1,4 +1,4 @@
-"""What each loss and each start does: one arrangement's facts as plain values, for tables and sweeps."""
+"""What each loss, weighting and start does: one arrangement's facts as plain values, for tables and sweeps."""
 
 from __future__ import annotations
 
@@ -10,46 +10,116 @@ import trimesh
 from ..exact.certificate import certify
 from ..geometry.meshes import Body
 from ..geometry.surface_points import surface_points
-from ..optimizer import Arrangement, optimize
+from ..objective import LOSS_NAMES, pull_shares
+from ..optimizer import PULLS_EVERY, Arrangement, Step, optimize
 from ..packing import initialization, methods
+from ..poses import file_to_world, to_world
 from ..problem import Problem, Settings
+from ..silhouettes import render
 from ..util import o3d
 from ..util.errors import InputError
 
 SAMPLES = 200  # of each body's surface, for the mean gap
 
 
-def study(objects: Sequence[str], container: str, count: int, start: str = "random", **settings) -> dict:
-    """Arrange `count` objects by Eq. 1, the pool's first, and judge the result.
+def study(
+    objects: Sequence[str],
+    container: str,
+    count: int | None = None,
+    filled: float | None = None,
+    start: str = "random",
+    unit: float = 1.0,
+    course: bool = False,
+    **settings,
+) -> dict:
+    """Arrange some of a pool's objects by Eq. 1, and judge the result.
 
-    objects, container : as `jobs.load` has them. start : one of `starts.STARTS`. settings : of `problem.Settings`.
-    Returns the facts of `judge`. Raises InputError where the pool is too small.
+    objects, container : as `methods.load` has them. count : the pool's first so many; or filled : in the seed's order,
+    as many as come to this share of the container's volume, at most. start : one of `initialization.STARTS`. unit :
+    all lengths, the container's too, are divided by it first. settings : of `problem.Settings`.
+
+    Returns the facts of `judge`, and with `course` those of `Course`. Raises InputError where the pool is too small.
     """
     chosen = Settings(**settings)
     pool, room, _ = methods.load(objects, container)
-    if not 1 <= count <= len(pool):
+    if filled is not None:
+        pool = [pool[i] for i in np.random.default_rng(chosen.seed).permutation(len(pool))]
+        count = int((np.cumsum([body.volume for body in pool]) <= filled * room.volume).sum())
+    if count is None or not 1 <= count <= len(pool):
         raise InputError(f"count must be 1 to {len(pool)}, the size of the pool, got {count}")
     bodies = pool[:count]
-    return judge(optimize(Problem(bodies, room), chosen, initialization.make(start, bodies, room, chosen.seed)))
+    if unit != 1:
+        bodies, room = [body.scaled(1 / unit) for body in bodies], room.scaled(1 / unit)
+    problem = Problem(bodies, room)
+    watched = Course(problem, chosen.resolution) if course else None
+    run = optimize(problem, chosen, initialization.make(start, bodies, room, chosen.seed), callback=watched)
+    return judge(run) | (watched.facts(run) if watched else {})
 
 
 def judge(arrangement: Arrangement) -> dict:
     """Facts of an arrangement, dimensionless but for the gap in metres.
 
     overlap, extrusion : volume shared by two objects, and outside of the container, over the objects' volume, by exact
-    booleans. silhouette : Eq. 2 without blur. gap : `mean_gap`. stuck_out : share of the objects that leave the
-    container.
+    booleans; fault : their sum. silhouette : Eq. 2 without blur. covered : share of the targets that shadows cover.
+    gap : `mean_gap`. stuck_out : share of the objects that leave the container. filled : the objects' volume over the
+    container's. pull of NAME : each term's share of the gradient, see `objective.pull_shares`.
     """
     bodies, container = arrangement.problem.bodies, arrangement.problem.container
     certificate = certify(bodies, arrangement.matrices, container)
     volume = sum(body.volume for body in bodies)
+    shares = dict(zip(LOSS_NAMES[1:], pull_shares(arrangement.pulls).tolist(), strict=True))
     return {
         "overlap": certificate.overlap_volume / volume,
         "extrusion": certificate.protrusion_volume / volume,
+        "fault": (certificate.overlap_volume + certificate.protrusion_volume) / volume,
         "stuck_out": len(certificate.protrusions) / len(bodies),
         "silhouette": float(np.square(arrangement.images - arrangement.targets).mean()),
+        "covered": float((arrangement.images * arrangement.targets).sum() / arrangement.targets.sum()),
         "gap": mean_gap(bodies, arrangement.matrices),
+        "filled": volume / container.volume,
+        **{f"pull of {name}": share for name, share in shares.items()},
     }
+
+
+class Course:
+    """A callback that looks at a run every ten iterations; columns of `FACTS`."""
+
+    FACTS = ("silhouette", "overlap", "extrusion", "farthest")
+
+    def __init__(self, problem: Problem, resolution: int):
+        self.problem, self.resolution, self.rows = problem, resolution, []
+        scene = problem.scene()
+        self.outlines, self.views, self.targets = scene.outlines, scene.views, scene.container_silhouettes(resolution)
+        self.vertices, self.vertex_body = scene.outlines.vertices, scene.outlines.vertex_body
+        self.volume = sum(body.volume for body in problem.bodies)
+
+    def __call__(self, step: Step) -> None:
+        if step.iteration % PULLS_EVERY:
+            return
+        rotation, translation = step.rotation.float(), step.translation.float()
+        images = render(self.outlines, rotation, translation, self.views, self.resolution)
+        certificate = certify(
+            self.problem.bodies, file_to_world(self.problem.bodies, rotation, translation), self.problem.container
+        )
+        points = to_world(rotation, translation, self.vertex_body, self.vertices)
+        self.rows.append(
+            (
+                (images - self.targets).square().mean().item(),
+                certificate.overlap_volume / self.volume,
+                certificate.protrusion_volume / self.volume,
+                self.problem.container.signed_distance(points)[0].max().item(),
+            )
+        )
+
+    def facts(self, arrangement: Arrangement) -> dict:
+        """Lists over the iterations, every tenth: Eq. 2 without blur in views close about the container, shared and
+        outside volume over the objects', a vertex's largest S_C in metres, and each term's share of the gradient."""
+        columns = np.array(self.rows).T.tolist()
+        shares = (arrangement.pulls / arrangement.pulls.sum(1, keepdims=True)).T.tolist()
+        return {
+            **{f"course of {name}": values for name, values in zip(self.FACTS, columns, strict=True)},
+            **{f"course of pull of {name}": values for name, values in zip(LOSS_NAMES[1:], shares, strict=True)},
+        }
 
 
 def mean_gap(bodies: Sequence[Body], matrices: np.ndarray, samples: int = SAMPLES) -> float:

@@ -1,8 +1,8 @@
 """Figures with facts: notebooks save them here, and `rasp figures` runs the notebooks and holds the facts to account.
 
-A figure NN_name is NN_name.png, .pdf and .json (its facts, raw): made in out/figures, stored in paper_figures.
-NN_name.expected.json there says for each scale what a fact must be: `value` with `tolerance`, `at_least`, `at_most` or
-`equals`; its unit, source and status.
+A figure NN_name, or from_scratch, is NN_name.png, .pdf and .json (its facts, raw): made in out/figures, stored in
+paper_figures. NN_name.expected.json there says for each scale what a fact must be: `value` with `tolerance`,
+`at_least`, `at_most` or `equals`; its unit, source and status.
 """
 
 from __future__ import annotations
@@ -144,9 +144,11 @@ def run(names: Sequence[str] = (), scale: str = "quick", store: bool = False, ro
     paper_figures/paper/) but for what .gitignore names there, and in notebooks/ (quick's alone).
     Raises InputError for a name without a notebook, or where the kit is installed without its notebooks.
     """
-    found = {path.stem: path for path in sorted((root / "notebooks").glob("[0-9][0-9]_*.ipynb"))}
+    folder = root / "notebooks"  # from_scratch is number zero of the reading order
+    paths = [*folder.glob("from_scratch.ipynb"), *sorted(folder.glob("[0-9][0-9]_*.ipynb"))]
+    found = {path.stem: path for path in paths}
     if not found:
-        raise InputError(f"{root / 'notebooks'}: no notebooks there; run from a clone of the repository")
+        raise InputError(f"{folder}: no notebooks there; run from a clone of the repository")
     unknown = [name for name in names if name not in found]
     if unknown:
         raise InputError(f"no figure named {', '.join(unknown)}; there are {', '.join(found)}")

@@ -33,12 +33,13 @@ POINTS = 8000  # lattice points by which a frame's overlap and density are count
 class Controls:
     """What may be changed while it runs.
 
-    lambda_, epsilon, overlap_term : as in `Settings`, from the next iteration on. count : how many objects of the pool,
-    seed : of their random poses; a change of either starts anew. height : the target silhouettes are those of the
-    container squeezed upon its floor to this share of its height; the poses stay.
+    weighting, lambda_, epsilon, overlap_term : as in `Settings`, from the next iteration on. count : how many objects
+    of the pool, seed : of their random poses; a change of either starts anew. height : the target silhouettes are those
+    of the container squeezed upon its floor to this share of its height; the poses stay.
     """
 
-    lambda_: float = 3.0
+    weighting: str = Settings.weighting
+    lambda_: float = losses.LAMBDA
     epsilon: float = losses.EPSILON
     overlap_term: str = "shared"
     count: int = 20
@@ -221,7 +222,9 @@ class LiveRun:
     def _set_up(self) -> None:
         count = self._under_way.count
         if count not in self._scenes:
-            self._scenes[count] = Problem(self.pool[:count], self.container).scene()
+            self._scenes[count] = Problem(self.pool[:count], self.container).scene(
+                viewing_volume=self.settings.viewing_volume
+            )
         self._scene = self._scenes[count]
         targets = self._scene.container_silhouettes(self.settings.resolution, self._under_way.height).numpy()
         self._problem = Problem(self.pool[:count], self.container, self._scene.cameras, targets)
@@ -258,7 +261,7 @@ class LiveRun:
             return True
 
     def _in_force(self, controls: Controls) -> Settings:
-        shared = {name: getattr(controls, name) for name in ("lambda_", "epsilon", "overlap_term", "seed")}
+        shared = {name: getattr(controls, name) for name in ("weighting", "lambda_", "epsilon", "overlap_term", "seed")}
         return replace(self.settings, **shared)
 
     def _show(self, start: Poses, judged: bool = False) -> None:

@@ -14,7 +14,7 @@ from .. import losses
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
 from ..objective import LOSS_NAMES
-from ..problem import Settings
+from ..problem import WEIGHTINGS, Settings
 from . import scene3d
 from .live import Controls, Frame, LiveRun
 
@@ -114,6 +114,9 @@ def panel(
     live = LiveRun(pool, container, controls, settings, watch)
     now, wide = live.controls, {"style": {"description_width": "110px"}}
     sliders = {
+        "weighting": ipywidgets.Dropdown(
+            value=now.weighting, options=list(WEIGHTINGS), description="weighting", **wide
+        ),
         "lambda_": ipywidgets.FloatLogSlider(now.lambda_, min=-4, max=2, description="lambda", **wide),
         "epsilon": ipywidgets.FloatLogSlider(now.epsilon, min=-4, max=-1, description="epsilon (m)", **wide),
         "height": ipywidgets.FloatSlider(now.height, min=0.2, max=1, description="target height", **wide),
@@ -133,7 +136,7 @@ def panel(
     rows = list(sliders.values())
     box = ipywidgets.VBox(
         [
-            ipywidgets.HBox([ipywidgets.VBox(rows[:3]), ipywidgets.VBox(rows[3:])]),
+            ipywidgets.HBox([ipywidgets.VBox(rows[:4]), ipywidgets.VBox(rows[4:])]),
             ipywidgets.HBox(buttons),
             label,
             image,

@@ -132,3 +132,40 @@ def test_real_pools_are_packed_and_judged_by_booleans_of_the_scene_alone(data, t
         shape, wanted = (np.asarray(mesh.vertices) for mesh in (scene.geometry[geometry], original))
         assert shape - shape[0] == pytest.approx(wanted - wanted[0], abs=1e-6)
     assert main(["check", str(out)]) == 0
+
+
+def test_a_packing_says_how_hard_each_term_pulled(cans, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["pack", str(cans), "--container", BOX, "--out", str(out), *SMALL]) == 0
+    said = capsys.readouterr().err
+    shares = json.loads((out / "result.json").read_text())["gradient_shares"]
+    assert sum(shares.values()) == pytest.approx(1)
+    assert shares["silhouette"] > 0
+    assert f"shares of the gradient, in the mean over the run: silhouette {shares['silhouette']:.0%}" in said
+
+
+def test_weightings_and_the_viewing_volume_are_options(cans, tmp_path, capsys):
+    out = tmp_path / "out"
+    arguments = ["--weighting", "no_shadows", "--viewing-volume", "1.5", "--epsilon", "0.001"]
+    assert main(["pack", str(cans), "--container", BOX, "--out", str(out), *SMALL, *arguments]) == 0
+    record = json.loads((out / "result.json").read_text())
+    assert record["settings"]["viewing_volume"] == 1.5
+    assert record["gradient_shares"]["silhouette"] == 0
+    capsys.readouterr()
+    many = [
+        "sweep",
+        str(cans),
+        "--container",
+        BOX,
+        "--out",
+        str(tmp_path / "s"),
+        "--seeds",
+        "1",
+        "--workers",
+        "1",
+        *SMALL,
+    ]
+    assert main([*many, "--weighting", "summed", "no_shadows", "--count", "2"]) in (0, 1)
+    assert "--weighting " in capsys.readouterr().out
+    header = (tmp_path / "s" / "sweep.csv").read_text().splitlines()[0]
+    assert header.startswith("lambda_,epsilon,weighting,seed,")

@@ -91,3 +91,24 @@ def test_a_box_to_be_found_is_sized(text, edges):
 def test_a_box_that_cannot_be_found_is_refused(text):
     with pytest.raises(InputError, match="write auto, auto:cube"):
         containers.parse(text)
+
+
+def test_views_are_as_wide_as_asked():
+    for room in (
+        containers.box((1, 2, 3)),
+        containers.Container(torus()),
+        containers.Container(torus(), None, [(1, 2)]),
+    ):
+        assert room.views(2.2)[0].width == pytest.approx(2 * room.views()[0].width)
+
+
+@pytest.mark.parametrize("room", [containers.box((1, 2, 3)), containers.Container(torus(), None, [(10, 20)])])
+def test_scaled_keeps_the_shape(room):
+    large = room.scaled(10)
+    assert large.volume == pytest.approx(1000 * room.volume)
+    assert large.bounds == pytest.approx(10 * room.bounds)
+    points = torch.tensor(np.random.default_rng(0).uniform(-0.3, 0.3, (20, 3))).float()
+    assert large.signed_distance(10 * points)[0].numpy() == pytest.approx(
+        10 * room.signed_distance(points)[0].numpy(), abs=1e-3
+    )
+    assert large.directions == room.directions

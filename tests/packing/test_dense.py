@@ -6,7 +6,7 @@ import pytest
 from data_fetch import kitchen_like, torus
 from rasp_core.exact.certificate import certify
 from rasp_core.geometry.containers import Container, box
-from rasp_core.packing import constructive, dense
+from rasp_core.packing import constructive, dense, growth
 from rasp_core.problem import Settings
 from rasp_core.util.errors import InputError
 
@@ -62,7 +62,7 @@ def test_ctrl_c_returns_the_best_so_far(pool, monkeypatch):
         if len(tries) == 2:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(dense._Search, "_separate", interrupt)
+    monkeypatch.setattr(growth.Growth, "_separate", interrupt)
     found = dense.pack(pool, ROOM, QUICK, effort=50)
     assert found.arrangement.interrupted
     assert found.certificate.holds

@@ -14,7 +14,7 @@ from rasp_core.packing import paper
 from rasp_core.problem import Settings
 from rasp_core.util.errors import InputError
 
-QUICK = Settings(iterations=200, query_points=10_000, resolution=64)
+QUICK = Settings(iterations=100, query_points=10_000, resolution=64)
 ROOM = box((0.2, 0.2, 0.2))
 
 
@@ -37,6 +37,7 @@ def test_a_search_ends_with_a_certified_packing_of_different_objects(pool, packe
     assert packed.density == pytest.approx(sum(pool[i].volume for i in packed.chosen) / 0.008)
     assert packed.rounds[-1]["objects"] == len(packed.chosen)
     assert packed.history.shape[1] == 5
+    assert (packed.pulls[:, 0] > 0).all(), "shadows pull from the first iteration to the last"
 
 
 def test_the_same_seed_gives_the_same_packing(pool):
@@ -58,6 +59,23 @@ def test_a_fixed_count_is_arranged_without_search_and_reported_as_it_is(pool):
     assert len(packed.chosen) == 20
     assert len(packed.history) == QUICK.iterations
     assert not packed.certificate.holds, "twenty objects of 8 cm do not fit into 20 cm in 200 iterations"
+
+
+def test_without_shadows_none_pull(pool):
+    settings = replace(QUICK, iterations=60, weighting="no_shadows", epsilon=1e-3)
+    packed = paper.pack(pool[:12], box((0.14, 0.14, 0.14)), settings=settings)
+    assert packed.certificate.holds
+    assert (packed.pulls[:, 0] == 0).all()
+
+
+def test_ctrl_c_ends_with_what_holds(pool, monkeypatch):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(paper._Run, "_grow", interrupt)
+    packed = paper.pack(pool, ROOM, settings=replace(QUICK, iterations=60))
+    assert packed.arrangement.interrupted
+    assert packed.certificate.holds
 
 
 def test_a_time_limit_ends_with_what_holds_as_it_lies(pool):

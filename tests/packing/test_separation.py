@@ -84,3 +84,27 @@ def test_lengths_follow_the_container():
     long = Separation(kitchen_like(2), box((0.1, 0.4, 0.1)), Settings(), torch.device("cpu"), spent=lambda: False)
     assert long.width == pytest.approx(0.44)
     assert np.isfinite(long.hopeless_overlap)
+
+
+def test_shadows_guide_where_they_are_asked_for():
+    """Two cans apart: nothing presses but shadows, which want the whole box dark; without them nothing moves."""
+    far = straight([0, 1], (-0.045, 0, 0), (0.045, 0, 0))
+    found = {}
+    for shadows in (False, True):
+        pressing = Separation(
+            kitchen_like(2), ROOM, Settings(resolution=32), torch.device("cpu"), spent=lambda: False, shadows=shadows
+        )
+        found[shadows] = pressing.press(far, seed=0).layout.poses.translation
+        pulled = np.concatenate(pressing.pulls)
+        assert (pulled[:, 0] > 0).all() == shadows
+    start = far.poses.translation.double()
+    assert (found[True] - start).norm(dim=1).max() > 10 * (found[False] - start).norm(dim=1).max() + 1e-3
+
+
+def test_with_shadows_all_others_are_drawn():
+    pressing = Separation(
+        kitchen_like(4), ROOM, Settings(resolution=32), torch.device("cpu"), spent=lambda: False, shadows=True
+    )
+    row = straight([0, 1, 2], (-0.07, 0, 0), (0.07, 0, 0), (0, 0.07, 0))
+    assert pressing._obstacles(row, [1]) == [0, 2]
+    assert pressing.width == pytest.approx(0.4)

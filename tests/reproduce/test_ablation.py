@@ -54,7 +54,8 @@ def test_judge_of_cubes_that_overlap_and_stick_out():
 
 def test_study_is_an_arrangement_judged(pool):
     facts = ablation.study(pool, "box:0.2,0.2,0.2", 2, start="grid", seed=1, **SIZE)
-    assert set(facts) == {"overlap", "extrusion", "stuck_out", "silhouette", "gap"}
+    assert facts["fault"] == facts["overlap"] + facts["extrusion"]
+    assert 0 < facts["covered"] < 1
     assert all(isinstance(value, float) for value in facts.values())
     assert facts == ablation.study(pool, "box:0.2,0.2,0.2", 2, start="grid", seed=1, **SIZE)
 
@@ -63,3 +64,34 @@ def test_study_is_an_arrangement_judged(pool):
 def test_a_count_that_does_not_fit_the_pool(pool, count):
     with pytest.raises(InputError, match="1 to 3"):
         ablation.study(pool, "box:0.2,0.2,0.2", count, **SIZE)
+
+
+def test_objects_are_as_many_as_fill_a_share(pool):
+    facts = ablation.study(pool, "box:0.2,0.2,0.2", filled=0.06, **SIZE)
+    assert 0 < facts["filled"] <= 0.06
+    with pytest.raises(InputError, match="1 to 3"):
+        ablation.study(pool, "box:0.2,0.2,0.2", **SIZE)
+
+
+def test_a_unit_changes_no_share(pool):
+    """Positions in millimetres, epsilon too: the same run but for rounding, which grows with the iterations."""
+    size = {**SIZE, "iterations": 3}
+    metres = ablation.study(pool, "box:0.15,0.15,0.15", 3, epsilon=0.01, **size)
+    millimetres = ablation.study(pool, "box:0.15,0.15,0.15", 3, unit=0.001, epsilon=10.0, **size)
+    for name in ("overlap", "extrusion", "covered", "pull of silhouette"):
+        assert millimetres[name] == pytest.approx(metres[name], abs=0.02), name
+
+
+def test_a_course_begins_at_the_start_and_has_a_row_for_every_tenth_iteration():
+    bodies, room = cubes((0, 0, 0), (0.05, 0, 0), (0.2, 0, 0)), box((0.4, 0.4, 0.4))
+    problem = Problem(bodies, room)
+    start = Poses(torch.eye(3).repeat(3, 1, 1), torch.tensor(np.array([body.centre for body in bodies])))
+    watched = ablation.Course(problem, 64)
+    run = optimize(problem, Settings(**SIZE), start, callback=watched)
+    facts = watched.facts(run)
+    assert {len(values) for values in facts.values()} == {2}
+    assert facts["course of overlap"][0] == pytest.approx(0.5 / 3, abs=1e-4)
+    assert facts["course of extrusion"][0] == pytest.approx(0.5 / 3, abs=1e-4)
+    assert facts["course of farthest"][0] == pytest.approx(0.05, abs=1e-5)
+    dark = (0.4**2 - np.array([0.1 * 0.15 + 0.1 * 0.05, 0.1 * 0.1, 0.1 * 0.2])) / 0.44**2
+    assert facts["course of silhouette"][0] == pytest.approx(dark.mean(), rel=0.15)

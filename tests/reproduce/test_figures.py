@@ -207,6 +207,14 @@ def test_a_notebook_shows_figures_in_few_colours(monkeypatch):
     figures.inline()
 
 
+def test_from_scratch_is_run_before_the_numbered_ones_and_others_are_not(tmp_path, capsys):
+    for name in ("01_test", "from_scratch", "pack_your_own"):
+        notebook(tmp_path, name, "1 / 0")
+    assert figures.run(root=tmp_path) == 1
+    said = capsys.readouterr().err
+    assert [line.split(":")[0] for line in said.splitlines()] == ["from_scratch", "01_test"]
+
+
 def test_a_notebook_that_fails_says_where(tmp_path, capsys):
     notebook(tmp_path, "01_test", "1 / 0")
     assert figures.run(root=tmp_path) == 1

@@ -85,10 +85,13 @@ def test_pause_step_and_reset_do_as_they_say(panel):
     assert label.value.startswith("iteration 0:")
 
 
-def test_the_overlap_term_can_be_chosen(panel):
-    (choice,) = find(panel, ipywidgets.Dropdown)
-    choice.value = "as_printed"
-    assert panel.live.controls.overlap_term == "as_printed"
+def test_the_overlap_term_and_the_weighting_can_be_chosen(panel):
+    (overlap_term,) = find(panel, ipywidgets.Dropdown, "overlap term")
+    overlap_term.value = "as_printed"
+    (weighting,) = find(panel, ipywidgets.Dropdown, "weighting")
+    weighting.value = "no_shadows"
+    controls = panel.live.controls
+    assert (controls.overlap_term, controls.weighting) == ("as_printed", "no_shadows")
 
 
 def test_a_still_picture_leaves_no_thread_behind_if_it_is_interrupted(monkeypatch):
