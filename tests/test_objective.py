@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 import torch
 
+from data_fetch import kitchen_like
 from rasp_core import losses, poses
+from rasp_core.geometry.containers import box
 from rasp_core.objective import LOSS_NAMES, objective, pull_shares, pulls, term_weights
-from rasp_core.problem import WEIGHTINGS, Settings
+from rasp_core.poses import Poses
+from rasp_core.problem import WEIGHTINGS, Problem, Settings
 from rasp_core.query_points import query_lattice
 from rasp_core.silhouettes import render
 
@@ -77,12 +80,7 @@ def test_weightings_sum_or_average_as_they_say(given):
 
 
 def test_the_balance_of_summed_terms_does_not_depend_on_the_unit():
-    """The same cubes in metres and in millimetres: each term's share of the gradient is the same."""
-    from data_fetch import kitchen_like
-    from rasp_core.geometry.containers import box
-    from rasp_core.poses import Poses
-    from rasp_core.problem import Problem
-
+    """The same objects in metres and in millimetres: each term's share of the gradient is the same."""
     found = []
     for unit in (1.0, 1000.0):
         bodies, room = [body.scaled(unit) for body in kitchen_like(6)], box((0.15 * unit,) * 3)

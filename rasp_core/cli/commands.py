@@ -177,9 +177,8 @@ def sweep(options: argparse.Namespace) -> int:
         writer.writerows(run | result for run, result in zip(varied, found, strict=True))
     best = max(range(len(found)), key=lambda i: (found[i]["certified"], found[i]["density"]))
     run, result = varied[best], found[best]
-    chosen = " ".join(
-        f"--{name.strip('_')} {value if isinstance(value, str) else f'{value:g}'}" for name, value in run.items()
-    )
+    words = {name: value if isinstance(value, str) else f"{value:g}" for name, value in run.items()}
+    chosen = " ".join(f"--{name.strip('_')} {word}" for name, word in words.items())
     print(
         f"{options.out}: {len(found)} runs, {sum(r['certified'] for r in found)} certified; best density "
         f"{result['density']:.4f} with {result['objects']} objects: {chosen}"

@@ -152,20 +152,9 @@ def test_weightings_and_the_viewing_volume_are_options(cans, tmp_path, capsys):
     assert record["settings"]["viewing_volume"] == 1.5
     assert record["gradient_shares"]["silhouette"] == 0
     capsys.readouterr()
-    many = [
-        "sweep",
-        str(cans),
-        "--container",
-        BOX,
-        "--out",
-        str(tmp_path / "s"),
-        "--seeds",
-        "1",
-        "--workers",
-        "1",
-        *SMALL,
-    ]
-    assert main([*many, "--weighting", "summed", "no_shadows", "--count", "2"]) in (0, 1)
+    once = ["--seeds", "1", "--workers", "1", "--count", "2", "--out", str(tmp_path / "s")]
+    many = ["sweep", str(cans), "--container", BOX, *SMALL, *once, "--weighting", "summed", "no_shadows"]
+    assert main(many) in (0, 1)
     assert "--weighting " in capsys.readouterr().out
     header = (tmp_path / "s" / "sweep.csv").read_text().splitlines()[0]
     assert header.startswith("lambda_,epsilon,weighting,seed,")
