@@ -10,7 +10,8 @@ import torch
 from torch import Tensor
 
 from . import contact, losses
-from .problem import WEIGHTINGS, Settings
+from .kernels import slices
+from .problem import SHADOWS, WEIGHTINGS, Settings, slice_resolution
 from .query_points import Lattice
 from .scene import Scene
 from .silhouettes import render
@@ -32,8 +33,9 @@ def objective(scene: Scene, rotation, translation, targets, lattice, settings: S
     silhouette = overlap = extrusion = touch = zero
     images = None
     if weights[0]:
-        images = render(scene.outlines, rotation, translation, scene.views, settings.resolution)
-        silhouette = losses.silhouette(images, targets, settings.softness(iteration))
+        images = shadows(scene, rotation, translation, settings)
+        softness_px = settings.softness(iteration) * images.shape[-1] / settings.resolution
+        silhouette = losses.silhouette(images, targets, softness_px)
     if weights[1]:
         overlap = losses.overlap(scene.stack, scene.half, rotation, translation, lattice, settings.overlap_term)
     if weights[2]:
@@ -57,10 +59,21 @@ def objective(scene: Scene, rotation, translation, targets, lattice, settings: S
     return torch.stack([total, silhouette, overlap, extrusion, touch], -1), images
 
 
+def shadows(scene: Scene, rotation: Tensor, translation: Tensor, settings: Settings) -> Tensor:
+    """What Eq. 2 compares with the targets of `Problem.target_images`: silhouettes, or slices."""
+    layers = SHADOWS[settings.shadow]
+    if not layers:
+        return render(scene.outlines, rotation, translation, scene.views, settings.resolution)
+    resolution = slice_resolution(settings.resolution)
+    material = scene.material(resolution)
+    return slices.render(material, rotation, translation, scene.views, resolution, layers)
+
+
 def term_weights(scene: Scene, lattice: Lattice, settings: Settings) -> tuple[float, float, float, float]:
     """What silhouettes (as a mean), overlap and extrusion (as sums, in metres) and contact count in Eq. 1."""
     weighting = WEIGHTINGS[settings.weighting]
-    pixels = len(scene.cameras) * settings.resolution**2 if weighting.silhouette == "sum" else 1
+    images = len(scene.cameras) * max(1, SHADOWS[settings.shadow])
+    pixels = images * settings.resolution**2 if weighting.silhouette == "sum" else 1
     points = 1 if weighting.overlap == "sum" else lattice.count
     vertices = 1 if weighting.extrusion == "sum" else scene.moving_vertices
     length = lattice.spacing if weighting.unit == "step" else 1.0

@@ -22,7 +22,7 @@ from .geometry.meshes import Body
 from .geometry.silhouette_edges import Views
 from .io import checkpoint as checkpoints
 from .kernels import dispatch
-from .objective import LOSS_NAMES, find_neighbours, objective, pulls, term_weights
+from .objective import LOSS_NAMES, find_neighbours, objective, pull_shares, pulls, term_weights
 from .poses import Poses, Variables
 from .problem import Problem, Settings
 from .query_points import Lattice, query_lattice
@@ -78,6 +78,11 @@ class Arrangement:
         """Of the bodies' centres, to go on from."""
         return Poses(self.rotation, self.translation)
 
+    @property
+    def gradient_shares(self) -> dict[str, float]:
+        """Each term's share of the gradient with respect to translations, in the mean over the run; 0 without one."""
+        return dict(zip(LOSS_NAMES[1:], pull_shares(self.pulls).tolist(), strict=True))
+
 
 @dataclass(frozen=True)
 class Step:
@@ -107,7 +112,8 @@ def optimize(
     start : poses to start from; random ones by `settings.seed` where None. scene : the problem's tensors, where they
     are at hand.
     callback : called after each iteration. True ends the run; other Settings take over from the next iteration on (all
-    but resolution, query_points, rotation and seed, which stay as they were). progress : a bar on standard error.
+    but resolution, shadow, query_points, rotation and seed, which stay as they were).
+    progress : a bar on standard error.
     checkpoint : a file that the state is written to every `checkpoint_every` iterations and at the end; where it is
     there already, the run goes on from it, to the same result bit for bit.
 
@@ -122,29 +128,24 @@ def optimize(
     interrupted = run(state, callback, progress, checkpoint, checkpoint_every)
     if checkpoint:
         state.save(checkpoint)
-    with torch.no_grad():
-        rotation, translation = state.variables.poses()
-        cameras, targets = state.scene.cameras, state.targets
-        if problem.shows_the_container:
-            cameras = problem.container.views()
-            close = Views(cameras, state.scene.device, state.scene.dtype)
-            targets = state.scene.container_silhouettes(settings.resolution, views=close)
+    poses, cameras, targets = state.poses(), state.scene.cameras, state.targets
+    if problem.targets is None:
+        cameras = problem.cameras or problem.container.views()
         views = Views(cameras, state.scene.device, state.scene.dtype)
-        images = render(state.scene.outlines, rotation, translation, views, settings.resolution)
-    starts = translation.shape[:-2]
-    rows = torch.stack(state.history) if state.history else torch.zeros(0, *starts, len(LOSS_NAMES))
-    pulled = torch.stack(state.pulls) if state.pulls else torch.zeros(0, *starts, len(LOSS_NAMES) - 1)
+        targets = state.scene.container_silhouettes(settings.resolution, views=views)
+    views = Views(cameras, state.scene.device, state.scene.dtype)
+    images = render(state.scene.outlines, poses.rotation, poses.translation, views, settings.resolution)
     return Arrangement(
         problem,
         state.settings,
-        rotation.double().cpu(),
-        translation.double().cpu(),
+        poses.rotation.double().cpu(),
+        poses.translation.double().cpu(),
         images.float().cpu().numpy(),
         targets.float().cpu().numpy(),
         cameras,
-        rows.cpu().numpy(),
+        state.losses(),
         interrupted,
-        pulled.numpy(),
+        state.pulled(),
     )
 
 
@@ -197,6 +198,23 @@ class State:
         """The number of the next iteration, from 0."""
         return len(self.history)
 
+    def poses(self) -> Poses:
+        """Of the bodies' centres, as the next iteration finds them."""
+        with torch.no_grad():
+            return Poses(*self.variables.poses())
+
+    def losses(self) -> np.ndarray:
+        """`(I, 5)`, or `(I, S, 5)` with S starts, so far, as in `Arrangement.history`."""
+        return self._rows(self.history, len(LOSS_NAMES))
+
+    def pulled(self) -> np.ndarray:
+        """`(J, 4)`, or `(J, S, 4)`, so far, as in `Arrangement.pulls`."""
+        return self._rows(self.pulls, len(LOSS_NAMES) - 1)
+
+    def _rows(self, rows: list[Tensor], columns: int) -> np.ndarray:
+        none = torch.zeros(0, *self.variables.shift.shape[:-2], columns)
+        return (torch.stack(rows) if rows else none).cpu().numpy()
+
     def save(self, path: str | Path) -> None:
         """Write all that the next iteration depends on. Raises OSError where it cannot."""
         learned = {
@@ -228,7 +246,7 @@ def init(problem: Problem, settings: Settings, start: Poses, scene: Scene) -> St
     count, given = len(scene.bodies), start.rotation.shape[-3]
     if given != count or start.translation.shape[-2] != count:
         raise InputError(f"the start has {given} poses for {count} objects; give one for each")
-    targets = problem.target_images(scene, settings.resolution)
+    targets = problem.target_images(scene, settings.resolution, settings.shadow)
     lattice = query_lattice(scene.container, settings.query_points, scene.device, scene.dtype)
     start = Poses(start.rotation.to(scene.device, scene.dtype), start.translation.to(scene.device, scene.dtype))
     variables = Variables(start, scene.movers, scene.width, settings.rotation)
@@ -294,6 +312,7 @@ def _taken_over(settings: Settings, before: Settings) -> Settings:
     return replace(
         settings,
         resolution=before.resolution,
+        shadow=before.shadow,
         query_points=before.query_points,
         rotation=before.rotation,
         seed=before.seed,

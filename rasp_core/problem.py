@@ -17,6 +17,9 @@ from .scene import Scene
 from .util.errors import InputError
 
 ROTATIONS = ("angles", "quaternion")
+# what Eq. 2 compares, and into how many layers it parts the viewing volume (`kernels.slices`)
+SHADOWS = {"silhouette": 0, "thickness": 1, "slices": 8}
+SLICE_PIXEL = 2  # how wide a pixel of a slice is, in those of a silhouette: the points in it are as far apart
 
 
 @dataclass(frozen=True)
@@ -52,9 +55,7 @@ WEIGHTINGS = {
         unit="step",
         factors=(0.5, 0.1, 0.0),
     ),
-    "walls": Weighting(
-        "this kit's until version 0.9: as printed, but lambda 3000 times as large", factors=(1, 1, 3000)
-    ),
+    "walls": Weighting("this kit's former one: as printed, but lambda 3000 times as large", factors=(1, 1, 3000)),
     "no_shadows": Weighting("overlap and walls alone, lambda a thousand times as large", factors=(0, 1, 1000)),
 }
 
@@ -69,6 +70,8 @@ class Settings:
     lambda_, epsilon : weight and depth (metres) of the extrusion term (Eq. 1, 5).
     silhouette_weight, overlap_weight, contact_weight : of Eq. 2, Eq. 4 and the kit's surface contact, which the
         paper does not have (0). Contact is divided by the volume of a query point, which gives it Eq. 4's unit.
+    shadow : a name in SHADOWS: what Eq. 2 compares. "silhouette" is the paper's; "thickness" and "slices" are the kit's
+        extensions, for the container's own shadows.
     viewing_volume : its edge, over the largest distance that the container spans in it, where the targets are the
         container's own silhouettes. What lies beyond it casts no shadow, and no shadow pulls it back.
     contact_margin : metres that a body keeps from walls and, twice, from others, under the contact term.
@@ -90,6 +93,7 @@ class Settings:
     overlap_weight: float = 1.0
     contact_weight: float = 0.0
     contact_margin: float = 0.0
+    shadow: str = "silhouette"
     viewing_volume: float = 2.0
     overlap_term: str = "shared"
     query_points: int = query_points.QUERY_POINTS
@@ -111,6 +115,8 @@ class Settings:
             raise InputError(f"viewing_volume must be at least 1, the container's own, got {self.viewing_volume}")
         if self.weighting not in WEIGHTINGS:
             raise InputError(f"weighting {self.weighting!r} is unknown; use one of {', '.join(WEIGHTINGS)}")
+        if self.shadow not in SHADOWS:
+            raise InputError(f"shadow {self.shadow!r} is unknown; use one of {', '.join(SHADOWS)}")
         if self.rotation not in ROTATIONS:
             raise InputError(f"rotation {self.rotation!r} is unknown; use one of {', '.join(ROTATIONS)}")
         if self.overlap_term not in losses.OVERLAP_TERMS:
@@ -158,10 +164,19 @@ class Problem:
         cameras = self.cameras or self.container.views(wide)
         return Scene(self.bodies, self.container, cameras, device, dtype, self.obstacles)
 
-    def target_images(self, scene: Scene, resolution: int) -> Tensor:
-        """The targets `(K, H, W)` on the scene's device. Raises InputError for a shape that does not fit the views."""
+    def target_images(self, scene: Scene, resolution: int, shadow: str = "silhouette") -> Tensor:
+        """What a shadow in SHADOWS is compared with, on the scene's device: silhouettes `(K, H, W)`, or slices
+        `(K * layers, slice_resolution, slice_resolution)`.
+
+        Raises InputError for a shape that does not fit the views, and for slices where targets are given.
+        """
         if self.targets is None:
+            layers = SHADOWS[shadow]
+            if layers:
+                return scene.container_slices(slice_resolution(resolution), layers)
             return scene.container_silhouettes(resolution)
+        if shadow != "silhouette":
+            raise InputError(f"targets are silhouettes, so the shadow {shadow!r} cannot be compared with them")
         targets = torch.as_tensor(np.asarray(self.targets), device=scene.device, dtype=scene.dtype)
         if targets.shape != (len(scene.cameras), resolution, resolution):
             raise InputError(
@@ -169,6 +184,11 @@ class Problem:
                 "pixels are needed"
             )
         return targets
+
+
+def slice_resolution(resolution: int) -> int:
+    """Pixels along a slice, where a silhouette has `resolution`."""
+    return max(1, resolution // SLICE_PIXEL)
 
 
 def _fall(first: float, last: float, fraction: float) -> float:

@@ -10,10 +10,12 @@ from torch import Tensor
 
 from .geometry.cameras import Camera
 from .geometry.containers import Container
+from .geometry.interior_points import InteriorPoints, interior_points
 from .geometry.meshes import Body, make_body
 from .geometry.sdf import GridStack
 from .geometry.silhouette_edges import Outlines, Views
 from .geometry.surface_samples import surface_samples
+from .kernels import slices
 from .silhouettes import render_at_rest
 from .util.devices import resolve_device
 from .util.errors import InputError
@@ -52,6 +54,7 @@ class Scene:
         self.half = self._tensor([body.half_extents for body in bodies])
         self.radius = self._tensor([body.radius for body in bodies])
         self.samples = surface_samples(bodies, self.device, dtype)
+        self._material: dict[int, InteriorPoints] = {}
 
     def container_silhouettes(self, resolution: int, height: float = 1.0, views: Views | None = None) -> Tensor:
         """The container's own silhouettes `(K, resolution, resolution)`, the targets of packing.
@@ -65,6 +68,20 @@ class Scene:
             corners[:, 2] = floor + height * (corners[:, 2] - floor)
             body = make_body(body.name, corners, body.solid_faces)
         return render_at_rest(body, self.views if views is None else views, resolution)
+
+    def container_slices(self, resolution: int, layers: int) -> Tensor:
+        """The container's own slices `(K * layers, resolution, resolution)`, see `kernels.slices`."""
+        body = self.container.body
+        material = interior_points([body], self.width / resolution, self.device, self.dtype)
+        upright = torch.eye(3, device=self.device, dtype=self.dtype)[None]
+        return slices.render(material, upright, self._tensor([body.centre]), self.views, resolution, layers)
+
+    def material(self, resolution: int) -> InteriorPoints:
+        """Points inside the bodies, about a pixel apart; kept for the next call."""
+        if resolution not in self._material:
+            spacing = self.width / resolution
+            self._material = {resolution: interior_points(self.bodies, spacing, self.device, self.dtype)}
+        return self._material[resolution]
 
     def _tensor(self, rows) -> Tensor:
         return torch.as_tensor(np.asarray(rows, np.float64), device=self.device, dtype=self.dtype)

@@ -11,7 +11,7 @@ from rasp_core import losses, poses
 from rasp_core.geometry.containers import box
 from rasp_core.objective import LOSS_NAMES, objective, pull_shares, pulls, term_weights
 from rasp_core.poses import Poses
-from rasp_core.problem import WEIGHTINGS, Problem, Settings
+from rasp_core.problem import SHADOWS, WEIGHTINGS, Problem, Settings
 from rasp_core.query_points import query_lattice
 from rasp_core.silhouettes import render
 
@@ -116,3 +116,24 @@ def test_pulls_are_the_terms_own_gradients(given):
 def test_shares_are_means_over_the_rows_in_which_something_pulls():
     assert pull_shares(np.array([[1.0, 3, 0, 0], [0, 0, 0, 0], [1, 1, 0, 0]])).tolist() == [0.375, 0.625, 0, 0]
     assert pull_shares(np.zeros((2, 4))).tolist() == [0, 0, 0, 0]
+
+
+def test_slices_pull_apart_what_casts_one_shadow():
+    """Two cans, one behind the other along y and overlapping: silhouettes from the front do not see it, slices do."""
+    bodies = [kitchen_like(1)[0]] * 2
+    room = box((0.3, 0.3, 0.3))
+    scene = Problem(bodies, room, cameras=room.views()[:1]).scene(dtype=torch.float64)
+    lattice = query_lattice(room, 4000, dtype=torch.float64)
+    found = {}
+    for shadow in SHADOWS:
+        settings = Settings(resolution=64, overlap_weight=0, lambda_=0, shadow=shadow)
+        place = torch.tensor([[0.0, -0.01, 0], [0, 0.01, 0]], dtype=torch.float64, requires_grad=True)
+        targets = Problem(bodies, room).target_images(scene, 64, shadow)
+        turns = torch.eye(3, dtype=torch.float64).expand(2, 3, 3)
+        values, images = objective(scene, turns, place, targets, lattice, settings)
+        assert images.shape == targets.shape
+        values[0].backward()
+        found[shadow] = place.grad[1, 1].item()
+    assert found["silhouette"] == 0
+    assert found["thickness"] == 0
+    assert found["slices"] < 0, "downhill is further back"

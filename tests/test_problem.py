@@ -7,7 +7,7 @@ from data_fetch import kitchen_like
 from rasp_core import poses
 from rasp_core.geometry import containers
 from rasp_core.poses import Poses
-from rasp_core.problem import Problem, Settings
+from rasp_core.problem import SHADOWS, Problem, Settings
 from rasp_core.util.errors import InputError
 
 BOX = containers.box((0.3, 0.3, 0.3))
@@ -32,6 +32,7 @@ def test_schedules_fall_geometrically():
         {"overlap_term": "none"},
         {"weighting": "unheard-of"},
         {"viewing_volume": 0.9},
+        {"shadow": "hologram"},
     ],
 )
 def test_impossible_settings_are_refused(bad):
@@ -54,3 +55,20 @@ def test_only_views_of_the_containers_own_are_widened():
     assert Problem(bodies, BOX, given).scene(viewing_volume=2.0).cameras == given
     targets = torch.zeros(3, 8, 8).numpy()
     assert Problem(bodies, BOX, targets=targets).scene(viewing_volume=2.0).cameras == given
+
+
+def test_each_shadow_has_the_containers_own_as_its_target():
+    problem = Problem(kitchen_like(2), BOX)
+    scene = problem.scene(viewing_volume=2.0)
+    assert problem.target_images(scene, 32).shape == (3, 32, 32)
+    for shadow, layers in SHADOWS.items():
+        if layers:
+            images = problem.target_images(scene, 32, shadow).view(3, layers, 16, 16)
+            cell = (0.6 / 16) ** 2 * 0.6 / layers
+            assert (images.sum((1, 2, 3)) * cell).tolist() == pytest.approx([BOX.volume] * 3, rel=1e-5)
+
+
+def test_slices_are_not_compared_with_given_silhouettes():
+    problem = Problem(kitchen_like(2), BOX, targets=torch.zeros(3, 8, 8).numpy())
+    with pytest.raises(InputError, match="targets are silhouettes, so the shadow 'slices' cannot be compared"):
+        problem.target_images(problem.scene(), 8, "slices")

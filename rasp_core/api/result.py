@@ -34,9 +34,7 @@ class Result(Certified):
     @property
     def gradient_shares(self) -> dict[str, float]:
         """Each term's share of the gradient with respect to translations, in the mean over the run; 0 without one."""
-        from ..objective import LOSS_NAMES, pull_shares
-
-        return dict(zip(LOSS_NAMES[1:], pull_shares(self.arrangement.pulls).tolist(), strict=True))
+        return self.arrangement.gradient_shares
 
     @property
     def verdict(self) -> str:

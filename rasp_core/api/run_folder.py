@@ -23,7 +23,7 @@ from PIL import Image
 
 from ..art.texturing import Painted
 from ..exact.certificate import Certificate
-from ..objective import LOSS_NAMES, pull_shares
+from ..objective import LOSS_NAMES
 from ..optimizer import Arrangement
 from ..util.errors import InputError
 from ..visualize import plots
@@ -125,7 +125,7 @@ def describe(arrangement: Arrangement, certificate: Certificate, history: np.nda
         },
         "certificate": certificate.to_dict(),
         "losses": {name: float(value) for name, value in zip(LOSS_NAMES, final, strict=True)},
-        "gradient_shares": dict(zip(LOSS_NAMES[1:], pull_shares(arrangement.pulls).tolist(), strict=True)),
+        "gradient_shares": arrangement.gradient_shares,
         "views": [camera.to_dict() for camera in arrangement.cameras],
         "settings": asdict(arrangement.settings),
         "seed": arrangement.settings.seed,

@@ -14,7 +14,7 @@ from ..io.atomic_files import whole
 from ..util.errors import InputError
 from ..util.loading import loading
 
-WEIGHTS = ("weighting", "lambda_", "epsilon")  # options that are fields of `problem.Settings`
+WEIGHTS = ("weighting", "shadow", "lambda_", "epsilon")  # options that are fields of `problem.Settings`
 SETTINGS = (*WEIGHTS, "viewing_volume", "iterations", "resolution")
 LENGTHS = {"epsilon", "width"}  # options that are in the unit
 SWEPT = (

@@ -51,6 +51,11 @@ class Certificate:
         """True if nothing overlaps and nothing sticks out."""
         return not self.overlaps and not self.protrusions
 
+    @property
+    def fault_volume(self) -> float:
+        """Cubic metres that two bodies share, and that lie outside the container."""
+        return self.overlap_volume + self.protrusion_volume
+
     def to_dict(self) -> dict:
         """As plain numbers, for `result.json`."""
         return {"holds": self.holds, **asdict(self)}

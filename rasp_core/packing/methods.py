@@ -39,6 +39,7 @@ OPTIONS = {  # of the command line, by the setting's name
     "lambda_": "--lambda",
     "epsilon": "--epsilon",
     "weighting": "--weighting",
+    "shadow": "--shadow",
     "viewing_volume": "--viewing-volume",
     "iterations": "--iterations",
     "resolution": "--resolution",

@@ -108,7 +108,7 @@ class _Run:
         progress: bool,
     ):
         self.pool, self.container, self.settings, self.device = pool, container, settings, device
-        self.budget = Budget(time_limit)
+        self.spent = Budget(time_limit).spent
         self.layout = Layout(chosen, Poses.random([pool[i] for i in chosen], container, settings.seed))
         self.histories, self.pulls, self.rounds = [], [], []
         self.bar = progress_bar("pack", "it", progress)
@@ -121,7 +121,7 @@ class _Run:
 
     def search(self) -> Packing:
         """Objects dropped and added until N = N_max."""
-        separation = Separation(self.pool, self.container, self.settings, self.device, self.budget.spent, shadows=True)
+        separation = Separation(self.pool, self.container, self.settings, self.device, self.spent, shadows=True)
         interrupted = False
         try:
             self._descend()
@@ -129,9 +129,9 @@ class _Run:
             self._grow(separation)
         except KeyboardInterrupt:
             interrupted = True
-        ended_early = interrupted or self._over
+        ended_early = interrupted or self.spent()
         while ended_early and len(self.layout) and not self._judge().holds:  # what is left must hold as it lies
-            self._drop(1)
+            self._drop(0.0)
         return finish(
             self.pool,
             self.layout.chosen,
@@ -158,15 +158,15 @@ class _Run:
         rough = [_simplified(body) for body in self.pool]
         self._round(first)
         self._judge(rough)
-        while self._share_at_fault > TUNING.resolvable_fault_fraction and len(self.layout) > 1 and not self._over:
-            self._drop(max(1, int(len(self.layout) * min(TUNING.most_dropped_fraction, self._share_at_fault))))
+        while self._share_at_fault > TUNING.resolvable_fault_fraction and len(self.layout) > 1 and not self.spent():
+            self._drop(self._share_at_fault)
             self._round(following)
             self._judge(rough)
 
     def _settle(self, separation: Separation) -> None:
         """Press what is left apart, and drop, until the certificate holds."""
         attempt = self.settings.seed
-        while len(self.layout) and not self._over:
+        while len(self.layout) and not self.spent():
             self.layout = separation.press(self.layout, attempt).layout
             settled = separation.settle(self.layout, attempt)
             if settled is not None:
@@ -174,8 +174,7 @@ class _Run:
                 self._judge()
                 return
             self._judge()
-            dropped = TUNING.dropped_over_fault_fraction * self._share_at_fault
-            self._drop(max(1, int(len(self.layout) * min(TUNING.most_dropped_fraction, dropped))))
+            self._drop(TUNING.dropped_over_fault_fraction * self._share_at_fault)
             attempt += 1
 
     def _grow(self, separation: Separation) -> None:
@@ -183,7 +182,7 @@ class _Run:
         random, failures = np.random.default_rng(self.settings.seed), 0
         growth = Growth(self.pool, self.container, separation, random, self.settings.seed, self._added)
         for number in range(round(TUNING.tries_of_iterations * self.settings.iterations)):
-            if len(self.layout) == len(self.pool) or failures == TUNING.failures_until_full or self._over:
+            if len(self.layout) == len(self.pool) or failures == TUNING.failures_until_full or self.spent():
                 return
             before = self.layout
             self.layout = growth.improve(before, number)
@@ -194,23 +193,19 @@ class _Run:
         self.layout = layout
         self._record(added=True, at_fault=0.0)
 
-    @property
-    def _over(self) -> bool:
-        return self.budget.spent()
-
     def _round(self, settings: Settings) -> Arrangement:
         problem = Problem(self.layout.bodies(self.pool), self.container)
         run = optimize(problem, settings, self.layout.poses, self.device, callback=self._after_step)
         self.layout = Layout(self.layout.chosen, run.poses)
         self.histories.append(run.history)
         self.pulls.append(run.pulls)
-        if run.interrupted and not self._over:
+        if run.interrupted and not self.spent():
             raise KeyboardInterrupt
         return run
 
     def _after_step(self, _step) -> bool:
         self.bar.update()
-        return self._over
+        return self.spent()
 
     def _judge(self, solids: Sequence[Body] | None = None) -> Certificate:
         """The certificate of the layout; by `solids`, simplified ones of the pool, to choose what is dropped: that
@@ -223,16 +218,17 @@ class _Run:
 
     @property
     def _share_at_fault(self) -> float:
-        faults = self.certificate.overlap_volume + self.certificate.protrusion_volume
-        return faults / sum(body.volume for body in self.layout.bodies(self.pool))
+        return self.certificate.fault_volume / sum(body.volume for body in self.layout.bodies(self.pool))
 
     def _record(self, added: bool, at_fault: float) -> None:
         count, density = len(self.layout), mesh_density(self.layout.bodies(self.pool), self.container)
         self.rounds.append({"added": added, "objects": count, "density": density, "fault_share": at_fault})
         self.bar.set_postfix_str(f"objects {count}, density {density:.4f}, overlap {at_fault:.1e}")
 
-    def _drop(self, count: int) -> None:
-        """Take out the `count` objects with the most volume at fault for their own volume."""
+    def _drop(self, share: float) -> None:
+        """Take out this share of the objects, but one at least and not too many at once: those with the most volume at
+        fault for their own volume."""
+        count = max(1, int(len(self.layout) * min(TUNING.most_dropped_fraction, share)))
         bodies = self.layout.bodies(self.pool)
         at_fault = dict.fromkeys((body.name for body in bodies), 0.0)
         for overlap in self.certificate.overlaps:

@@ -33,11 +33,6 @@ class Packing(Certified):
     history: np.ndarray
     rounds: list[dict]
 
-    @property
-    def pulls(self) -> np.ndarray:
-        """`(J, 4)` how hard each term pulled, every ten iterations of every round, see `objective.pulls`."""
-        return self.arrangement.pulls
-
 
 def finish(
     bodies: Sequence[Body],

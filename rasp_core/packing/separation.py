@@ -19,7 +19,7 @@ from ..geometry.cameras import Camera
 from ..geometry.containers import MARGIN, Container
 from ..geometry.meshes import Body
 from ..geometry.sdf import GridStack
-from ..optimizer import Step, optimize
+from ..optimizer import Step, init, run
 from ..poses import Poses
 from ..problem import Problem, Settings
 from ..scene import Scene
@@ -42,7 +42,7 @@ class SeparationTuning:
     most_query_points: int = 30_000  # contact sees what lies between them
     most_pixels: int = 128  # along a silhouette; fewer, as there are fewer points, keep the balance of their sums
     obstacles_within_mean_radii: float = 0.5  # how far about the movers' boxes the others are looked at
-    silhouette_pixels: int = 8  # along an edge, where shadows do not guide
+    unseen_pixels: int = 8  # along a silhouette, where shadows do not guide
     pressing_shadow_fraction: float = 0.1  # of their weight; with all of it thin objects are pressed into each other
     settling_shadow_fraction: float = 0.005  # while contact alone takes the rest
     softness_px: float = 2.0  # of shadows at first, for a 256 pixel image
@@ -84,13 +84,14 @@ class Separation:
         stack: GridStack | None = None,
         shadows: bool = False,
     ):
-        self.pool, self.container, self.settings, self.spent = list(pool), container, settings, spent
+        self.pool, self.container, self.spent = list(pool), container, spent
+        self.settings = _guided(settings) if shadows else _unguided(settings)
         self.device, self.stack, self.shadows = device, stack or GridStack.of_bodies(pool, device), shadows
         self.radius = float(np.mean([body.radius for body in pool]))
         mean_volume = float(np.mean([body.volume for body in pool]))
         self.hopeless_overlap = TUNING.hopeless_overlap * mean_volume * self.radius
         self.half = torch.tensor(np.array([body.half_extents for body in pool])).float()
-        cameras = container.views(settings.viewing_volume if shadows else MARGIN)
+        cameras = container.views(self.settings.viewing_volume)
         self.width = max(camera.width for camera in cameras)
         # the last scene serves again, as settling follows pressing with the same objects
         self._scene = lru_cache(maxsize=1)(partial(_scene, self.pool, container, cameras, device, self.stack))
@@ -121,9 +122,9 @@ class Separation:
         settings = replace(
             contact,
             overlap_weight=1.0,
-            lambda_=self.settings.lambda_ if self.shadows else TUNING.wall_weight,
+            lambda_=self.settings.lambda_,
             iterations=TUNING.pressing_iterations,
-            silhouette_weight=self._shadow_weight(TUNING.pressing_shadow_fraction),
+            silhouette_weight=TUNING.pressing_shadow_fraction * self.settings.silhouette_weight,
             learning_rate=rate,
             final_learning_rate=rate / 6,
         )
@@ -173,17 +174,9 @@ class Separation:
             epsilon=TUNING.wall_depth_of_width * self.width,
             contact_weight=1.0,
             contact_margin=TUNING.contact_margin_of_width * self.width,
-            query_points=min(TUNING.most_query_points, self.settings.query_points),
             seed=seed,
-            weighting=self.settings.weighting if self.shadows else "printed",
-            silhouette_weight=self._shadow_weight(TUNING.settling_shadow_fraction),
-            resolution=min(TUNING.most_pixels, self.settings.resolution) if self.shadows else TUNING.silhouette_pixels,
-            softness_px=TUNING.softness_px,
-            final_softness_px=TUNING.softness_px / 2,
+            silhouette_weight=TUNING.settling_shadow_fraction * self.settings.silhouette_weight,
         )
-
-    def _shadow_weight(self, fraction: float) -> float:
-        return fraction * self.settings.silhouette_weight if self.shadows else 0.0
 
     def _optimized(
         self,
@@ -203,20 +196,15 @@ class Separation:
             ended = self.spent() or (ends is not None and ends(step))
             return ended
 
-        run = optimize(
-            Problem(part.bodies(self.pool), self.container, obstacles=obstacles),
-            settings,
-            part.poses,
-            self.device,
-            scene=self._scene(tuple(part.chosen), obstacles),
-            callback=after,
-        )
-        if run.interrupted and not ended:
+        problem = Problem(part.bodies(self.pool), self.container, obstacles=obstacles)
+        state = init(problem, settings, part.poses, self._scene(tuple(part.chosen), obstacles))
+        if run(state, after) and not ended:
             raise KeyboardInterrupt
-        self.history.append(run.history)
-        self.pulls.append(run.pulls)
+        self.history.append(state.losses())
+        self.pulls.append(state.pulled())
         rotation, translation = layout.poses.rotation.double().clone(), layout.poses.translation.double().clone()
-        rotation[seen], translation[seen] = run.rotation, run.translation
+        found = state.poses()
+        rotation[seen], translation[seen] = found.rotation.double().cpu(), found.translation.double().cpu()
         return Layout(layout.chosen, Poses(rotation, translation))
 
     def _obstacles(self, layout: Layout, movers: Sequence[int]) -> list[int]:
@@ -230,6 +218,30 @@ class Separation:
         centre = layout.poses.translation.double().numpy()
         apart = np.abs(centre[rest][:, None] - centre[movers][None]) > reach[rest][:, None] + reach[movers][None]
         return rest[(~apart.any(-1)).any(1)].tolist()
+
+
+def _guided(settings: Settings) -> Settings:
+    """The settings with shadows that guide."""
+    return replace(
+        settings,
+        resolution=min(TUNING.most_pixels, settings.resolution),
+        query_points=min(TUNING.most_query_points, settings.query_points),
+        softness_px=TUNING.softness_px,
+        final_softness_px=TUNING.softness_px / 2,
+    )
+
+
+def _unguided(settings: Settings) -> Settings:
+    """The settings with overlap, walls and contact alone, in metres."""
+    return replace(
+        _guided(settings),
+        weighting="printed",
+        shadow="silhouette",
+        silhouette_weight=0.0,
+        lambda_=TUNING.wall_weight,
+        resolution=TUNING.unseen_pixels,
+        viewing_volume=MARGIN,
+    )
 
 
 def _scene(

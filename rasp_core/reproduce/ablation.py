@@ -10,7 +10,7 @@ import trimesh
 from ..exact.certificate import certify
 from ..geometry.meshes import Body
 from ..geometry.surface_points import surface_points
-from ..objective import LOSS_NAMES, pull_shares
+from ..objective import LOSS_NAMES
 from ..optimizer import PULLS_EVERY, Arrangement, Step, optimize
 from ..packing import initialization, methods
 from ..poses import file_to_world, to_world
@@ -62,22 +62,21 @@ def judge(arrangement: Arrangement) -> dict:
     overlap, extrusion : volume shared by two objects, and outside of the container, over the objects' volume, by exact
     booleans; fault : their sum. silhouette : Eq. 2 without blur. covered : share of the targets that shadows cover.
     gap : `mean_gap`. stuck_out : share of the objects that leave the container. filled : the objects' volume over the
-    container's. pull of NAME : each term's share of the gradient, see `objective.pull_shares`.
+    container's. pull of NAME : each term's share of the gradient, see `Arrangement.gradient_shares`.
     """
     bodies, container = arrangement.problem.bodies, arrangement.problem.container
     certificate = certify(bodies, arrangement.matrices, container)
     volume = sum(body.volume for body in bodies)
-    shares = dict(zip(LOSS_NAMES[1:], pull_shares(arrangement.pulls).tolist(), strict=True))
     return {
         "overlap": certificate.overlap_volume / volume,
         "extrusion": certificate.protrusion_volume / volume,
-        "fault": (certificate.overlap_volume + certificate.protrusion_volume) / volume,
+        "fault": certificate.fault_volume / volume,
         "stuck_out": len(certificate.protrusions) / len(bodies),
         "silhouette": float(np.square(arrangement.images - arrangement.targets).mean()),
         "covered": float((arrangement.images * arrangement.targets).sum() / arrangement.targets.sum()),
         "gap": mean_gap(bodies, arrangement.matrices),
         "filled": volume / container.volume,
-        **{f"pull of {name}": share for name, share in shares.items()},
+        **{f"pull of {name}": share for name, share in arrangement.gradient_shares.items()},
     }
 
 
