@@ -3,6 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+SITE_READY := $(VENV)/.ready-site
 # a worker a core, up to four, each on one thread; a file or a notebook stays with one worker
 TEST := OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --maxprocesses 4 --dist loadfile
 BENCH ?= bench.json
@@ -10,7 +11,7 @@ OLD ?= tests/benchmarks/reference.json
 NEW ?= $(BENCH)
 
 .DEFAULT_GOAL := help
-.PHONY: help setup figures gallery api test lint format lab bench bench-compare lock clean
+.PHONY: help setup figures gallery site test lint format lab bench bench-compare lock clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -32,8 +33,13 @@ gallery: $(READY) ## write paper_figures/README.md, out/gallery.html with scenes
 	$(BIN)/python -c "from rasp_core.reproduce import gallery as g; g.write('paper_figures'); g.write_html('paper_figures', 'out/gallery.html')"
 	$(BIN)/python -c "from rasp_core.reproduce.quoted_numbers import refresh; refresh('README.md'); refresh('REPRODUCING.md')"
 
-api: $(READY) ## write the API reference into out/api
-	$(BIN)/pdoc --output-directory out/api rasp_core data_fetch
+site: $(SITE_READY) ## write notebooks, gallery, exercises and API reference as pages into out/site; they need no kernel and no network
+	$(BIN)/python tools/build_site.py out/site
+
+$(SITE_READY): $(READY) docs/requirements.txt
+	@$(BIN)/python -c 'import sys; v = sys.version_info[:2]; sys.exit(0 if v >= (3, 11) else "The site needs Python 3.11, .venv has %d.%d; run: make clean, then make PYTHON=python3.11 site" % v)'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r docs/requirements.txt
+	@touch $@
 
 test: lint ## ruff, unit tests, notebooks
 	$(TEST)
@@ -58,9 +64,11 @@ bench: $(READY) ## time iterations, their parts and whole runs; table, and JSON 
 bench-compare: $(READY) ## compare two such files, OLD and NEW
 	$(BIN)/pytest-benchmark compare $(OLD) $(NEW) --columns=median --group-by=fullname
 
-lock: ## solve pyproject.toml into requirements.lock (needs uv); torch brings its own CUDA wheels
+lock: ## solve pyproject.toml into requirements.lock and docs/requirements.txt (needs uv); torch brings its own CUDA wheels
 	uv pip compile --quiet --universal --python-version 3.10 --extra dev --no-header --no-annotate pyproject.toml \
 		| grep -vE '^(nvidia-|cuda-|triton)' > requirements.lock
+	uv pip compile --quiet --universal --python-version 3.11 --group site --constraints requirements.lock --no-header --no-annotate \
+		> docs/requirements.txt
 
 clean: ## remove what make and the tests made
 	rm -rf $(VENV) build *.egg-info .pytest_cache .ruff_cache .benchmarks .hypothesis

@@ -40,6 +40,22 @@ def kitchen(data):
     return load_bodies([data / "kitchen"])
 
 
+@pytest.fixture(scope="module")
+def new_page():
+    """A function that opens a page in headless Chromium; the module's last test closes it, with its event loop."""
+    import chromium
+
+    with chromium.pages() as new_page:
+        yield new_page
+
+
+@pytest.fixture
+def page(new_page):
+    page = new_page()
+    yield page
+    page.close()
+
+
 @pytest.fixture
 def two_balls():
     """Two bodies: balls of radius 1 (finely faceted) about the origin of their frames."""

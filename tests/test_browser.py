@@ -12,16 +12,13 @@ import urllib.error
 import urllib.request
 from pathlib import Path
 
+import chromium
 import pytest
 
 ROOT = Path(__file__).parent.parent
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 WINDOWING = "@jupyterlab/notebook-extension/tracker.jupyterlab-settings"
 
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here; Debian: apt-get install chromium"),
-]
+pytestmark = chromium.NEEDED
 
 
 @pytest.fixture
@@ -59,20 +56,6 @@ def _wait_for(address, server, log):
             assert server.poll() is None, log.read_text()
             time.sleep(0.2)
     raise AssertionError(log.read_text())
-
-
-@pytest.fixture
-def page():
-    sync_api = pytest.importorskip("playwright.sync_api")
-    with sync_api.sync_playwright() as playwright:
-        quiet = ["--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking"]
-        quiet += ["--disable-component-update", "--disable-sync", "--disable-gpu"]
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=quiet)
-        page = browser.new_page(viewport={"width": 1400, "height": 1000})
-        page.problems = []
-        page.on("pageerror", lambda error: page.problems.append(str(error)))
-        yield page
-        browser.close()
 
 
 def test_run_all_drag_lambda_press_run(lab, page):

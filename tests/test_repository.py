@@ -27,10 +27,10 @@ ROOMS = (
 )
 
 
-def locked() -> dict[str, str]:
+def locked(name: str = "requirements.lock") -> dict[str, str]:
     """Package -> version in the lock, for Python 3.11 on Linux."""
     pins = {}
-    for line in (ROOT / "requirements.lock").read_text().splitlines():
+    for line in (ROOT / name).read_text().splitlines():
         requirement = Requirement(line)
         environment = {"python_version": "3.11", "python_full_version": "3.11.7", "sys_platform": "linux"}
         if requirement.marker is None or requirement.marker.evaluate(environment):
@@ -45,11 +45,24 @@ def declared() -> list[Requirement]:
     return [Requirement(text) for text in project["dependencies"] + project["optional-dependencies"]["dev"]]
 
 
+def declared_for_the_site() -> list[Requirement]:
+    groups = tomllib.loads((ROOT / "pyproject.toml").read_text())["dependency-groups"]
+    return [Requirement(text) for text in groups["site"]]
+
+
 def test_everything_declared_is_locked():
     pins = locked()
     for requirement in declared():
         assert requirement.name in pins
         assert pins[requirement.name] in requirement.specifier
+
+
+def test_the_site_is_built_with_packages_that_the_lock_allows():
+    pins, site = locked(), locked("docs/requirements.txt")
+    assert {requirement.name for requirement in declared_for_the_site()} <= site.keys()
+    shared = site.keys() & pins.keys()
+    assert len(shared) > 20
+    assert {name: site[name] for name in shared} == {name: pins[name] for name in shared}
 
 
 def test_environment_yml_pins_what_the_lock_pins():
@@ -63,7 +76,7 @@ def test_environment_yml_pins_what_the_lock_pins():
 
 def test_every_dependency_says_why_it_is_there():
     text = (ROOT / "pyproject.toml").read_text()
-    for requirement in declared():
+    for requirement in declared() + declared_for_the_site():
         assert re.search(rf'^    "{requirement.name}[^"]*", +# \w', text, re.M), requirement.name
 
 

@@ -21,7 +21,7 @@ COLUMNS = ("figure", "the paper", "says", "measured", "expected", "status", "sca
 THUMBNAIL = 480  # pixels
 STYLE = """body{font:15px/1.4 system-ui,sans-serif;margin:2em auto;max-width:1400px;padding:0 1em}
 table{border-collapse:collapse}td,th{border-bottom:1px solid #ddd;padding:.5em;vertical-align:top;text-align:left}
-img{width:240px}iframe{width:440px;height:360px;border:1px solid #ddd}figure{display:inline-block;margin:.5em}
+img{width:240px}iframe{width:440px;height:330px;border:1px solid #ddd}figure{display:inline-block;margin:.5em}
 .differs{color:#a40}.exceeded,.reproduced{color:#063}code{font-size:90%}"""
 
 

@@ -17,6 +17,8 @@ from ..util.errors import InputError, MeshError
 from . import scene3d
 
 Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])  # as pages look, a view at azimuth 0
+LAMP = "scene.add(tracklight)"
+LAMPS = f"tracklight.intensity=0.8;{LAMP};scene.add(new THREE.AmbientLight(0xffffff,0.5))"
 
 
 def write_scene(
@@ -78,14 +80,19 @@ def page(bodies: Sequence[Body], matrices: np.ndarray, painted: Painted | None =
     from trimesh.viewer.notebook import scene_to_html, scene_to_notebook
 
     ready = _Exported(encode(bodies, matrices, painted))
-    return scene_to_notebook(ready).data if embedded else scene_to_html(ready)
+    return _in_soft_light(scene_to_notebook(ready).data if embedded else scene_to_html(ready))
 
 
 def page_of(data: bytes) -> str:
     """The HTML page, as `page` makes it, of a GLB that is there already."""
     from trimesh.viewer.notebook import scene_to_html
 
-    return scene_to_html(_Exported(data))
+    return _in_soft_light(scene_to_html(_Exported(data)))
+
+
+def _in_soft_light(page: str) -> str:
+    """trimesh's page has one lamp, so bright that faces before it are white and those beside it are black."""
+    return page.replace(LAMP, LAMPS)
 
 
 class _Exported:

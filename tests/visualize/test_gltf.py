@@ -50,6 +50,8 @@ def test_a_page_holds_all_that_it_needs():
     assert np.ptp(scene.bounds[:, 1]) >= 0.99 * high, "up is y in a page"
     frame = gltf.page(bodies, matrices, embedded=True)
     assert frame.startswith("<div><iframe srcdoc=")
+    again = gltf.page_of(gltf.encode(bodies, matrices))
+    assert all(made.count(gltf.LAMPS) == 1 for made in (text, frame, again)), "trimesh's page has its lamp no longer"
 
 
 def hollow(edge, shift):
