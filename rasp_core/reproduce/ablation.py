@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 
 import numpy as np
@@ -30,18 +31,21 @@ def study(
     start: str = "random",
     unit: float = 1.0,
     course: bool = False,
+    azimuths_deg: Sequence[float] | None = None,
+    elevations_deg: Sequence[float] | None = None,
     **settings,
 ) -> dict:
     """Arrange some of a pool's objects by Eq. 1, and judge the result.
 
-    objects, container : as `methods.load` has them. count : the pool's first so many; or filled : in the seed's order,
+    objects, container, azimuths_deg, elevations_deg : as `methods.load` has them. count : the pool's first so many; or filled : in the seed's order,
     as many as come to this share of the container's volume, at most. start : one of `initialization.STARTS`. unit :
     all lengths, the container's too, are divided by it first. settings : of `problem.Settings`.
 
-    Returns the facts of `judge`, and with `course` those of `Course`. Raises InputError where the pool is too small.
+    Returns the facts of `judge`, the loop's seconds of one processor, and with `course` the facts of `Course`. Raises
+    InputError where the pool is too small.
     """
     chosen = Settings(**settings)
-    pool, room, _ = methods.load(objects, container)
+    pool, room, _ = methods.load(objects, container, azimuths_deg=azimuths_deg, elevations_deg=elevations_deg)
     if filled is not None:
         pool = [pool[i] for i in np.random.default_rng(chosen.seed).permutation(len(pool))]
         count = int((np.cumsum([body.volume for body in pool]) <= filled * room.volume).sum())
@@ -52,8 +56,11 @@ def study(
         bodies, room = [body.scaled(1 / unit) for body in bodies], room.scaled(1 / unit)
     problem = Problem(bodies, room)
     watched = Course(problem, chosen.resolution) if course else None
-    run = optimize(problem, chosen, initialization.make(start, bodies, room, chosen.seed), callback=watched)
-    return judge(run) | (watched.facts(run) if watched else {})
+    begin = initialization.make(start, bodies, room, chosen.seed)
+    began = time.process_time()
+    run = optimize(problem, chosen, begin, callback=watched)
+    seconds = time.process_time() - began
+    return judge(run) | {"cpu_seconds": seconds} | (watched.facts(run) if watched else {})
 
 
 def judge(arrangement: Arrangement) -> dict:

@@ -1,0 +1,76 @@
+"""Density of the paper's whole search with silhouettes, with other shadows and without any, over pools and seeds.
+
+python tests/benchmarks/shadow_table.py [--pools embedded Kitchen ...] [--seeds 3] [--arms silhouettes none ...] [--out FOLDER]
+
+embedded : objects that the kit makes, in 0.2 x 0.2 x 0.2 m, 120 iterations. The others: IR-BPP pools by registry in 0.32
+x 0.32 x 0.30 m, 1000 iterations. Runs lie in the folder, so that a table that was interrupted goes on.
+"""
+
+import argparse
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+import data_fetch
+import rasp_core as rasp
+from rasp_core.cli.sweep import sweep
+from rasp_core.packing import methods
+from rasp_core.packing.pool import draw
+
+ARMS = {
+    "silhouettes": {},
+    "thickness": {"shadow": "thickness", "silhouette_weight": 10.0},
+    "slices": {"shadow": "slices"},
+    "none": {"weighting": "no_shadows", "epsilon": 0.001},
+}
+POOLS = {
+    "embedded": lambda: data_fetch.kitchen_like(48),
+    "Kitchen": lambda: rasp.load(data_fetch.fetch_kitchen()),
+    "BlockOut": lambda: draw(rasp.load(data_fetch.fetch_blockout()), 100, 0),
+    "General": lambda: draw(rasp.load(data_fetch.fetch_general()), 100, 0),
+    "CAD": lambda: draw(sized(rasp.load(data_fetch.fetch_cad())), 300, 0),
+}
+SMALL = {"container": "box:0.2,0.2,0.2", "iterations": 120, "resolution": 64}
+LARGE = {"container": "box:0.32,0.32,0.30", "iterations": 1000, "resolution": 128, "query_points": 30_000}
+
+
+def sized(bodies):
+    """CAD parts with their longest edge brought to 6-12 cm, by seed."""
+    edges = np.random.default_rng(0).uniform(0.06, 0.12, len(bodies))
+    return [body.scaled(edge / (2 * body.half_extents.max())) for body, edge in zip(bodies, edges, strict=True)]
+
+
+def written(folder, bodies):
+    """The pool as files, for runs in other processes."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for body in bodies:
+        trimesh.Trimesh(body.vertices, body.faces, process=False).export(folder / f"{body.name}.stl")
+    return [str(folder)]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--pools", nargs="+", default=["embedded"], choices=POOLS)
+    parser.add_argument("--arms", nargs="+", default=["silhouettes", "slices", "none"], choices=ARMS)
+    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--workers", type=int)
+    parser.add_argument("--out", type=Path, default=Path(tempfile.gettempdir()) / "rasp_shadow_table")
+    options = parser.parse_args()
+    for pool in options.pools:
+        size = SMALL if pool == "embedded" else LARGE
+        shared = {"objects": written(options.out / pool, POOLS[pool]()), "method": "paper", **size}
+        runs = [{**shared, **ARMS[arm], "seed": seed} for arm in options.arms for seed in range(options.seeds)]
+        found = sweep(methods.pack, runs, options.out / "runs", options.workers, progress=True)
+        for k, arm in enumerate(options.arms):
+            rows = found[k * options.seeds : (k + 1) * options.seeds]
+            density = [row["density"] for row in rows]
+            print(
+                f"{pool:10s} {arm:12s} density {np.mean(density):.4f} ({min(density):.4f} to {max(density):.4f}), "
+                f"{sum(row['certified'] for row in rows)} of {len(rows)} certified"
+            )
+
+
+if __name__ == "__main__":
+    main()
