@@ -37,9 +37,10 @@ def study(
 ) -> dict:
     """Arrange some of a pool's objects by Eq. 1, and judge the result.
 
-    objects, container, azimuths_deg, elevations_deg : as `methods.load` has them. count : the pool's first so many; or filled : in the seed's order,
-    as many as come to this share of the container's volume, at most. start : one of `initialization.STARTS`. unit :
-    all lengths, the container's too, are divided by it first. settings : of `problem.Settings`.
+    objects, container, azimuths_deg, elevations_deg : as `methods.load` has them. count : the pool's first so many; or
+    filled : in the seed's order, as many as come to this share of the container's volume, at most. start : one of
+    `initialization.STARTS`. unit : all lengths, the container's too, are divided by it first. settings : of
+    `problem.Settings`.
 
     Returns the facts of `judge`, the loop's seconds of one processor, and with `course` the facts of `Course`. Raises
     InputError where the pool is too small.

@@ -1,9 +1,9 @@
 """Density of the paper's whole search with silhouettes, with other shadows and without any, over pools and seeds.
 
-python tests/benchmarks/shadow_table.py [--pools embedded Kitchen ...] [--seeds 3] [--arms silhouettes none ...] [--out FOLDER]
+python tests/benchmarks/shadow_table.py [--pools embedded Kitchen ...] [--seeds 3] [--arms silhouettes none ...]
 
-embedded : objects that the kit makes, in 0.2 x 0.2 x 0.2 m, 120 iterations. The others: IR-BPP pools by registry in 0.32
-x 0.32 x 0.30 m, 1000 iterations. Runs lie in the folder, so that a table that was interrupted goes on.
+embedded : objects that the kit makes, in 0.2 x 0.2 x 0.2 m, 120 iterations. The others: IR-BPP pools by registry in
+0.32 x 0.32 x 0.30 m, 1000 iterations. Runs are kept in --out, so that a table that was interrupted goes on.
 """
 
 import argparse
