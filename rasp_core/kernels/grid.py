@@ -95,3 +95,24 @@ def wall_distance(wall, x, y, z):
     if by == deepest:
         return deepest, 0.0, sy, 0.0
     return deepest, 0.0, 0.0, sz
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def negative(values, turn, first, found):
+    """Where a grid `values` `(X, Y, Z)` is negative, at the places `turn @ index + first`, in cells, of each index of
+    `found`, bool of any shape with three axes; False beyond the grid."""
+    nx, ny, nz = values.shape
+    flat = values.ravel()
+    for i in range(found.shape[0]):
+        for j in range(found.shape[1]):
+            for k in range(found.shape[2]):
+                x = turn[0, 0] * i + turn[0, 1] * j + turn[0, 2] * k + first[0]
+                y = turn[1, 0] * i + turn[1, 1] * j + turn[1, 2] * k + first[1]
+                z = turn[2, 0] * i + turn[2, 1] * j + turn[2, 2] * k + first[2]
+                inside = 0 <= x <= nx - 1 and 0 <= y <= ny - 1 and 0 <= z <= nz - 1
+                if inside:
+                    a, fx, _ = cell_along(x, nx)
+                    b, fy, _ = cell_along(y, ny)
+                    c, fz, _ = cell_along(z, nz)
+                    inside = trilinear(flat, (a * ny + b) * nz + c, ny * nz, nz, fx, fy, fz)[0] < 0
+                found[i, j, k] = inside

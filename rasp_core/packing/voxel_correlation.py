@@ -18,6 +18,7 @@ from scipy import fft, ndimage
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
 from ..geometry.sdf import Grid
+from ..kernels.grid import negative
 from ..util import o3d
 
 
@@ -117,16 +118,9 @@ class Turned:
         """The voxels whose middle lies where a body's grid is negative; half `(3,)` of the body's box."""
         shape = np.maximum(np.ceil(2 * np.abs(rotation) @ half / voxel).astype(int), 1)
         first = rotation.T @ ((0.5 - shape / 2) * voxel)
-        depth = ndimage.affine_transform(
-            grid.values,
-            rotation.T * (voxel / grid.spacing),
-            (first - grid.origin) / grid.spacing,
-            tuple(shape),
-            order=1,
-            mode="constant",
-            cval=1.0,
-        )
-        return cls(rotation, depth < 0, shape * voxel / 2)
+        voxels = np.empty(tuple(shape), np.bool_)
+        negative(grid.values, rotation.T * (voxel / grid.spacing), (first - grid.origin) / grid.spacing, voxels)
+        return cls(rotation, voxels, shape * voxel / 2)
 
     def turned(self, quarter: np.ndarray, voxel: float) -> Turned:
         """The same after one of `quarter_turns`: the voxels change places with their axes."""

@@ -1,11 +1,14 @@
 """Compiled look-ups of signed distances against the torch ones, inside of the grids and beyond them."""
 
+import numpy as np
 import pytest
 import torch
+from scipy import ndimage
 
 from data_fetch import kitchen_like, torus
+from rasp_core import poses
 from rasp_core.geometry import containers
-from rasp_core.geometry.sdf import GridStack
+from rasp_core.geometry.sdf import GridStack, bake_cached
 from rasp_core.kernels import grid
 
 BODIES = kitchen_like(3)
@@ -39,3 +42,18 @@ def test_walls_are_those_of_the_container(room):
 def test_cells_along_an_axis_of_five_values(position, cell, nearest):
     assert grid.cell_along(position, 5) == pytest.approx(cell)
     assert grid.nearest_along(position, 5) == nearest
+
+
+def test_negative_places_are_those_of_an_affine_transform():
+    """A turned lattice that sticks out of the grid on all sides, against scipy's."""
+    own = bake_cached(BODIES[0]).values
+    turn = (
+        poses.quaternion_to_rotation(poses.random_quaternions(1, torch.Generator().manual_seed(0)))[0].double().numpy()
+    )
+    first = np.array(own.shape) / 2 - turn @ np.full(3, 40.0)
+    found = np.empty((80, 80, 80), np.bool_)
+    grid.negative(own, turn, first, found)
+    depth = ndimage.affine_transform(own.astype(float), turn, first, (80, 80, 80), order=1, cval=1.0)
+    differs = found != (depth < 0)
+    assert 0.01 < found.mean() < 0.5
+    assert np.abs(depth[differs]).max(initial=0) < 1e-9
