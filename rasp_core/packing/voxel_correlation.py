@@ -18,7 +18,6 @@ from scipy import fft, ndimage
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
 from ..geometry.sdf import Grid
-from ..kernels.grid import negative
 from ..util import o3d
 
 
@@ -116,6 +115,8 @@ class Turned:
     @classmethod
     def filling(cls, grid: Grid, half: np.ndarray, rotation: np.ndarray, voxel: float) -> Turned:
         """The voxels whose middle lies where a body's grid is negative; half `(3,)` of the body's box."""
+        from ..kernels.grid import negative
+
         shape = np.maximum(np.ceil(2 * np.abs(rotation) @ half / voxel).astype(int), 1)
         first = rotation.T @ ((0.5 - shape / 2) * voxel)
         voxels = np.empty(tuple(shape), np.bool_)
