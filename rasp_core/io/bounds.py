@@ -36,7 +36,10 @@ PACKED = {
 def check_triangles(count: int, times: int = 1) -> None:
     """Raise MeshError where there are more than `times` `MAX_TRIANGLES`."""
     if count > times * MAX_TRIANGLES:
-        raise MeshError(f"has {count:,} triangles, more than {times * MAX_TRIANGLES:,}; simplify the mesh")
+        raise MeshError(
+            f"has {count:,} triangles, more than {times * MAX_TRIANGLES:,}; simplify the mesh first, "
+            "for example by open3d's simplify_quadric_decimation"
+        )
 
 
 def check_rows(data: bytes, counts: Iterable[int]) -> None:

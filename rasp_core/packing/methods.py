@@ -16,7 +16,7 @@ from ..problem import Settings
 from ..util.devices import resolve_device
 from ..util.errors import InputError
 from . import constructive, dense, minimal_box, paper
-from .pool import draw, fit_scale
+from .pool import check_sizes, draw, fit_scale
 from .result import Packing
 
 METHODS = ("paper", "dense", *constructive.RULES)
@@ -64,7 +64,7 @@ def load(
     replacement. fit_objects : scale so that so many make half of the container. azimuths_deg, elevations_deg : of the
     views, one of each for every view; None for the paper's views. reading : what files and lengths mean.
 
-    Raises InputError or MeshError.
+    Raises InputError, also where an object is larger than the container, or MeshError.
     """
     room = containers.parse(container, reading)
     if azimuths_deg is not None or elevations_deg is not None:
@@ -83,6 +83,8 @@ def load(
             raise InputError("--fit-objects scales objects to a container; a box to be found has no size yet")
         scale = fit_scale(bodies, room, fit_objects)
         bodies = [body.scaled(scale) for body in bodies]
+    if not isinstance(room, FreeBox):
+        check_sizes(bodies, room, reading.unit)
     return bodies, room, scale
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..geometry.cavities import describe_wall
 from ..geometry.containers import Container
+from ..geometry.loading import UNITS
 from ..geometry.meshes import Body, unique_names
 from ..geometry.sdf import bake_cached
 from ..util.errors import InputError
@@ -39,10 +40,11 @@ def fit_scale(bodies: Sequence[Body], container: Container, count: int) -> float
     return float((0.5 * container.volume / count / np.mean([body.volume for body in bodies])) ** (1 / 3))
 
 
-def check_sizes(bodies: Sequence[Body], container: Container) -> None:
+def check_sizes(bodies: Sequence[Body], container: Container, unit: str = "m") -> None:
     """Raise InputError for no bodies, or naming the first that is too large for the container however it is turned.
 
-    A body that fits has no more volume, no larger diameter and no larger inscribed ball than the container.
+    unit : one of `loading.UNITS`, that the error is written in. A body that fits has no more volume, no larger diameter
+    and no larger inscribed ball than the container.
     """
     if not bodies:
         raise InputError("there is nothing to pack; give at least one object")
@@ -53,15 +55,15 @@ def check_sizes(bodies: Sequence[Body], container: Container) -> None:
             continue
         known.add(body.digest)
         if _too_large(body, container, diameter, ball):
-            size = " x ".join(f"{2 * h:.3g}" for h in body.half_extents)
-            room = " x ".join(f"{edge:.3g}" for edge in np.ptp(container.bounds, axis=0))
+            size = " x ".join(f"{2 * h / UNITS[unit]:.3g}" for h in body.half_extents)
+            room = " x ".join(f"{edge / UNITS[unit]:.3g}" for edge in np.ptp(container.bounds, axis=0))
             remedy = "leave it out, enlarge the container, or scale the objects with --fit-objects"
             far_too_large = 2 * body.radius > OTHER_UNIT * diameter
             if far_too_large and not _too_large(body.scaled(MILLIMETRES), container, diameter, ball):
                 remedy = "a thousandth of it would fit: if the file is in millimetres, say so with --unit mm"
             if container.size is None:
                 remedy = describe_wall(container.body) or remedy
-            raise InputError(f"{body.name}: {size} m is larger than the container, {room} m; {remedy}")
+            raise InputError(f"{body.name}: {size} {unit} is larger than the container, {room} {unit}; {remedy}")
 
 
 def _too_large(body: Body, container: Container, diameter: float, ball: float) -> bool:

@@ -45,6 +45,12 @@ def test_a_body_larger_than_the_container_is_named(edges, room):
         check_sizes([block("fine", 0.01, 0.01, 0.01), block("giant", *edges)], box(room))
 
 
+def test_sizes_are_told_in_the_unit():
+    told = "giant: 300 x 10 x 10 mm is larger than the container, 100 x 100 x 100 mm"
+    with pytest.raises(InputError, match=told):
+        check_sizes([block("giant", 0.3, 0.01, 0.01)], box((0.1, 0.1, 0.1)), "mm")
+
+
 def test_a_rod_along_the_diagonal_is_not_refused():
     check_sizes([block("rod", 0.3, 0.001, 0.001)], box((0.2, 0.2, 0.2)))
 
