@@ -96,6 +96,8 @@ def pack(
     count: int | None = None,
     time_limit: float | None = None,
     effort: int | None = None,
+    clearance: float | Sequence[float] | None = None,
+    wall_clearance: float | None = None,
     device: str = "auto",
     progress: bool = False,
     **settings,
@@ -107,10 +109,12 @@ def pack(
     method : "paper" (the default: Eq. 1 from random poses, then N = N_max), "dense" (the kit's own search, the default
     of a box to be found), or a baseline, "spectral", "dblf", "heightmap".
     count : exactly so many objects, without search ("paper"). time_limit : seconds. effort : tries ("dense").
+    clearance : metres that no two objects come nearer to each other; or one for each, of which the larger counts
+    between two. wall_clearance : the same from the wall, as much if None. The certificate's `gaps` say what they are.
     settings : further ones by the names of `problem.Settings` (lambda_, epsilon, iterations, resolution, ...).
 
-    Raises InputError for a setting that the method would ignore, for objects larger than the container, or if not one
-    could be placed.
+    Raises InputError for a setting that the method would ignore, a clearance below 0, for objects larger than
+    the container, or if not one could be placed.
 
     >>> import rasp_core as rasp
     >>> from data_fetch import kitchen_like
@@ -135,6 +139,8 @@ def pack(
         settings=Settings(seed=seed, **settings),
         device=chosen,
         progress=progress,
+        clearance=clearance,
+        wall_clearance=wall_clearance,
         **given,
     )
     return PackingResult(

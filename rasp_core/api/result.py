@@ -41,8 +41,9 @@ class Result(Certified):
         """Whether the certificate holds, in words."""
         if self.certificate.holds:
             return "certified"
-        faults = len(self.certificate.overlaps), len(self.certificate.protrusions)
-        return f"not certified: {faults[0]} pairs overlap, {faults[1]} stick out"
+        faults, gaps = (len(self.certificate.overlaps), len(self.certificate.protrusions)), self.certificate.gaps
+        apart = "" if gaps is None else f", {len(gaps.short)} gaps are too small"
+        return f"not certified: {faults[0]} pairs overlap, {faults[1]} stick out{apart}"
 
     def headline(self) -> str:
         """What it is, in one line."""

@@ -15,11 +15,12 @@ from ..util.errors import InputError
 from ..util.loading import loading
 
 WEIGHTS = ("weighting", "shadow", "lambda_", "epsilon")  # options that are fields of `problem.Settings`
+CLEARANCES = ("clearance", "wall_clearance")
 SETTINGS = (*WEIGHTS, "viewing_volume", "iterations", "resolution")
-LENGTHS = {"epsilon", "width"}  # options that are in the unit
+LENGTHS = {"epsilon", "width", "clearance", "wall_clearance"}  # options that are in the unit
 SWEPT = (
     *("time_limit", "effort", "repeat", "fit_objects", "azimuths_deg", "elevations_deg", "viewing_volume"),
-    *("iterations", "resolution"),
+    *("iterations", "resolution", *CLEARANCES),
 )
 
 
@@ -56,7 +57,7 @@ def pack(options: argparse.Namespace) -> int:
         effort=options.effort,
         device=options.device,
         progress=True,
-        **_given(options, *SETTINGS),
+        **_given(options, *SETTINGS, *CLEARANCES),
     )
     print(f"rasp: {_removal(packed.removal)}", file=sys.stderr)
     if any(packed.gradient_shares.values()):
@@ -188,17 +189,24 @@ def sweep(options: argparse.Namespace) -> int:
 
 def check(options: argparse.Namespace) -> int:
     """Certificate and density of a run."""
+    from dataclasses import replace
+
     with loading():
         import numpy as np
 
         from .. import density
         from ..exact.certificate import certify
+        from ..exact.gaps import measure
         from ..physics import disassembly
         from ..visualize import gltf
 
     bodies, container = gltf.read_scene(options.scene)
     stay = np.tile(np.eye(4), (len(bodies), 1, 1))
     certificate = certify(bodies, stay, container)
+    if asked := _given(options, *CLEARANCES):
+        clearance = asked.get("clearance", 0.0)
+        gaps = measure(bodies, stay, container, clearance, asked.get("wall_clearance", clearance))
+        certificate = replace(certificate, gaps=gaps)
     print(f"rasp: {_removal(disassembly.remove_all(bodies, stay))}", file=sys.stderr)
     _say(f"{len(bodies)} objects", density.mesh_density(bodies, container), certificate, options.scene)
     return 0 if certificate.holds else 1
@@ -220,6 +228,8 @@ def _box(container, options: argparse.Namespace) -> str:
 def _say(what: str, density: float, certificate, where: Path) -> None:
     for line in certificate.lines()[:20]:
         print(f"rasp: {line}", file=sys.stderr)
+    if certificate.gaps is not None:
+        print(f"rasp: {certificate.gaps.summary()}", file=sys.stderr)
     verdict = "certified" if certificate.holds else "NOT certified"
     print(
         f"{where}: {what}, density {density:.4f}, {verdict} (worst overlap {certificate.worst_overlap:.1e}, "
@@ -237,9 +247,15 @@ def _given(options: argparse.Namespace, *names: str) -> dict:
     """The options of these names that were given; lengths in metres."""
     values = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
     for name in values.keys() & LENGTHS:
-        value, metres = values[name], _reading(options).metres
+        value, metres = values[name], _metres(options)
         values[name] = [one * metres for one in value] if isinstance(value, list) else value * metres
     return values
+
+
+def _metres(options: argparse.Namespace) -> float:
+    from ..geometry.loading import Reading
+
+    return Reading(options.unit).metres
 
 
 def _counted(count: int | None) -> dict:

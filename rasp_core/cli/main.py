@@ -110,6 +110,8 @@ def _parser() -> _Parser:
 
     check = added.add_parser("check", help="certificate and density of a run; exit status 1 where it fails")
     check.add_argument("scene", metavar="DIR|scene.glb", type=Path)
+    check.add_argument("--unit", default="m", help="of the clearances: mm, cm, m, inch (default: m)")
+    _add_clearance(check)
     check.set_defaults(run=commands.check)
 
     assemble = added.add_parser("assemble", help="put the parts of a broken thing back together")
@@ -181,12 +183,19 @@ def _add_reading(parser: argparse.ArgumentParser) -> None:
     parts.add_argument("--split", action="store_true", help="pieces of a file that do not touch are objects, too")
 
 
+def _add_clearance(parser: argparse.ArgumentParser) -> None:
+    """What is to be kept clear."""
+    parser.add_argument("--clearance", type=float, metavar="D", help="a length that no two objects come nearer")
+    parser.add_argument("--wall-clearance", type=float, metavar="D", help="the same from the wall (default: as much)")
+
+
 def _add_problem(parser: argparse.ArgumentParser) -> None:
     """The arguments that one packing and many have in common."""
     parser.add_argument("objects", nargs="+", metavar="OBJECTS", help="mesh files or folders of them")
     parser.add_argument("--container", required=True, help="box:X,Y,Z; a closed mesh; auto, auto:cube or auto:X,Y,*")
     parser.add_argument("--cavity", action="store_true", help="pack into what the container's mesh holds, not its wall")
     _add_reading(parser)
+    _add_clearance(parser)
     parser.add_argument("--azimuths-deg", type=float, nargs="+", help="of the views (default: 3 of a box, 5 of a mesh)")
     parser.add_argument("--elevations-deg", type=float, nargs="+", help="as many as --azimuths-deg")
     parser.add_argument("--count", default="auto", help="auto (search), or exactly how many to arrange")

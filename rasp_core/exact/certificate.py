@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
-import manifold3d
 import numpy as np
 
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
+from .gaps import Gaps
+from .placing import core_inside, cores_apart, placed_solid
 
 TOLERANCE = 1e-4  # of the smaller body's volume
+ROUNDING = 1e-9  # of what grown bodies keep clear
+LEAST_OF_GROWN = 1.01 * TOLERANCE  # that counts of grown bodies, of whose overlap nothing is tolerated
 
 
 @dataclass(frozen=True)
@@ -35,7 +38,10 @@ class Protrusion:
 
 @dataclass(frozen=True)
 class Certificate:
-    """What the booleans say. Faults are above `tolerance`, worst first; the worst fractions are over all bodies."""
+    """What the booleans say. Faults are above `tolerance`, worst first; the worst fractions are over all bodies.
+
+    gaps : what is asked of them and what they are, None if nothing is asked.
+    """
 
     tolerance: float
     pairs_tested: int
@@ -45,11 +51,12 @@ class Certificate:
     worst_protrusion: float
     overlap_volume: float
     protrusion_volume: float
+    gaps: Gaps | None = None
 
     @property
     def holds(self) -> bool:
-        """True if nothing overlaps and nothing sticks out."""
-        return not self.overlaps and not self.protrusions
+        """True if nothing overlaps, nothing sticks out, and no gap is smaller than asked."""
+        return not self.overlaps and not self.protrusions and (self.gaps is None or self.gaps.holds)
 
     @property
     def fault_volume(self) -> float:
@@ -58,13 +65,18 @@ class Certificate:
 
     def to_dict(self) -> dict:
         """As plain numbers, for `result.json`."""
-        return {"holds": self.holds, **asdict(self)}
+        plain = {"holds": self.holds, **asdict(self)}
+        del plain["gaps"]
+        return plain if self.gaps is None else plain | {"gaps": self.gaps.to_dict()}
 
     def lines(self) -> list[str]:
         """Each fault in words, worst first."""
-        return [f"{o.first} and {o.second} overlap by {o.fraction:.2e} of the smaller" for o in self.overlaps] + [
-            f"{p.body} sticks out of the container by {p.fraction:.2e} of its volume" for p in self.protrusions
-        ]
+        gaps = [] if self.gaps is None else self.gaps.lines()
+        return (
+            [f"{o.first} and {o.second} overlap by {o.fraction:.2e} of the smaller" for o in self.overlaps]
+            + [f"{p.body} sticks out of the container by {p.fraction:.2e} of its volume" for p in self.protrusions]
+            + gaps
+        )
 
 
 def certify(
@@ -73,7 +85,7 @@ def certify(
     """Judge bodies placed by `matrices` `(N, 4, 4)` (from file coordinates to the world) in a container.
 
     Boxes are tested first: a boolean meets only bodies whose boxes intersect, and against a container that is a box
-    only those whose boxes leave it.
+    only those whose boxes leave it. What grown bodies share counts if the bodies inside are too near to each other.
     """
     solids = [placed_solid(body, matrix) for body, matrix in zip(bodies, matrices, strict=True)]
     boxes = np.array([solid.bounding_box() for solid in solids]).reshape(-1, 2, 3)
@@ -81,6 +93,10 @@ def certify(
     for i, j in pairs_of_boxes(boxes):
         tested += 1
         shared = max((solids[i] ^ solids[j]).volume(), 0.0)
+        if shared > 0 and _grown(bodies[i], bodies[j]):
+            if cores_apart(bodies, matrices, i, j, -ROUNDING):
+                continue
+            shared = max(shared, LEAST_OF_GROWN * min(bodies[i].volume, bodies[j].volume))
         fraction = shared / min(bodies[i].volume, bodies[j].volume)
         worst, total = max(worst, fraction), total + shared
         if fraction > tolerance:
@@ -91,6 +107,10 @@ def certify(
         if container.size is not None and (np.abs(boxes[i]) <= container.size / 2).all():
             continue
         out = max((solid - hull).volume(), 0.0)
+        if out > 0 and _grown(bodies[i]):
+            if core_inside(bodies[i], matrices[i], container, -ROUNDING):
+                continue
+            out = max(out, LEAST_OF_GROWN * bodies[i].volume)
         fraction = out / bodies[i].volume
         worst_out, total_out = max(worst_out, fraction), total_out + out
         if fraction > tolerance:
@@ -100,11 +120,8 @@ def certify(
     return Certificate(tolerance, tested, overlaps, protrusions, worst, worst_out, total, total_out)
 
 
-def placed_solid(body: Body, matrix: np.ndarray) -> manifold3d.Manifold:
-    """The body's solid where `matrix` `(4, 4)`, from file coordinates to the world, puts it."""
-    pose = np.asarray(matrix, np.float64)[:3].copy()
-    pose[:, 3] += pose[:, :3] @ body.centre
-    return body.manifold.transform(pose)
+def _grown(*bodies: Body) -> bool:
+    return all(body.core is not None for body in bodies)
 
 
 def pairs_of_boxes(boxes: np.ndarray) -> list[tuple[int, int]]:

@@ -15,14 +15,17 @@ import numpy as np
 import torch
 
 from ..geometry.containers import Container
+from ..geometry.growing import SPARE
 from ..geometry.meshes import Body
 from ..poses import Poses, angles_to_rotation, file_to_world
-from .certificate import TOLERANCE, pairs_of_boxes, placed_solid
+from .certificate import TOLERANCE, pairs_of_boxes
+from .placing import core_inside, cores_apart, placed_solid
 
 MOST_SWEEPS = 25
 PATIENCE_SWEEPS = 6  # in which the worst fault must fall
 FALLEN_TO = 0.8  # of what it was, at most
 REPAIR_TOLERANCE = 0.95 * TOLERANCE  # what searches ask for: a little less than certified, as rounding changes volumes
+STRICT_STEP = 1.5  # of Newton's step, for grown bodies, so that it comes to an end
 REPAIRABLE_FRACTION = 20 * TOLERANCE  # of the smaller body's volume: faults that are worth the attempt
 
 
@@ -31,12 +34,14 @@ class _Fault:
     """A solid that should be empty: where two bodies share space, or one is outside the container.
 
     movers : indices of the bodies that bound it. volume : cubic metres. fraction : of the smaller body's volume.
+    strict : of grown bodies, of which none is tolerated.
     """
 
     movers: tuple[int, ...]
     solid: manifold3d.Manifold
     volume: float
     fraction: float
+    strict: bool
 
 
 def remove_overlaps(
@@ -52,7 +57,8 @@ def remove_overlaps(
     Returns the poses for which exact booleans find that, float64, or None if the faults do not get smaller. For faults
     of some thousandths of a volume: what begins with one above `largest`, a fraction of the smaller body's volume, is
     given up at once. There are at most MOST_SWEEPS sweeps, in which all bodies at fault move at once. movers : indices
-    of the bodies that may move, all if None; what the others have among themselves is taken as it is.
+    of the bodies that may move, all if None; what the others have among themselves is taken as it is. Grown bodies are
+    moved until those inside them are as far apart as they are grown, and a hair more.
     """
     rotation, translation = poses.rotation.double(), poses.translation.double()
     reach = [body.radius for body in bodies]
@@ -61,7 +67,7 @@ def remove_overlaps(
     for _ in range(MOST_SWEEPS):
         found = faults.at(Poses(rotation, translation))
         worst_of.append(max((fault.fraction for fault in found), default=0.0))
-        if worst_of[-1] <= tolerance:
+        if worst_of[-1] <= tolerance and not any(fault.strict for fault in found):
             return Poses(rotation, translation)
         if worst_of[0] > largest:
             return None
@@ -69,15 +75,16 @@ def remove_overlaps(
             return None
         shift, turn = torch.zeros_like(translation), torch.zeros_like(translation)
         for fault in found:
-            if fault.fraction < tolerance / 2:
+            if fault.fraction < tolerance / 2 and not fault.strict:
                 continue
+            step = fault.volume * (STRICT_STEP if fault.strict else 1)
             free = [i for i in fault.movers if movable[i]]
             slopes = [(i, *_slope(fault.solid, faults.solids[i], translation[i].numpy())) for i in free]
             steep = sum(force @ force + moment @ moment / reach[i] ** 2 for i, force, moment in slopes)
             if steep > 0:
                 for i, force, moment in slopes:
-                    shift[i] -= torch.from_numpy(fault.volume / steep * force)
-                    turn[i] -= torch.from_numpy(fault.volume / steep / reach[i] ** 2 * moment)
+                    shift[i] -= torch.from_numpy(step / steep * force)
+                    turn[i] -= torch.from_numpy(step / steep / reach[i] ** 2 * moment)
         translation = translation + shift
         rotation = torch.where((turn != 0).any(1)[:, None, None], angles_to_rotation(turn) @ rotation, rotation)
     return None
@@ -114,9 +121,19 @@ class _Faults:
 
     def _note(self, movers: tuple[int, ...], solid: manifold3d.Manifold) -> None:
         volume = solid.volume()
-        if volume > 0:
-            fraction = volume / min(self.bodies[i].volume for i in movers)
-            self.found[movers] = _Fault(movers, solid, volume, fraction)
+        if volume <= 0:
+            return
+        strict = all(self.bodies[i].core is not None for i in movers)
+        if strict and self._clear(*movers):
+            return
+        fraction = volume / min(self.bodies[i].volume for i in movers)
+        self.found[movers] = _Fault(movers, solid, volume, fraction, strict)
+
+    def _clear(self, one: int, *other: int) -> bool:
+        """Whether what is inside grown bodies is as far apart, or from the wall, as they are grown."""
+        if other:
+            return cores_apart(self.bodies, self.matrices, one, *other, SPARE / 2)
+        return core_inside(self.bodies[one], self.matrices[one], self.container, SPARE / 2)
 
 
 def _slope(

@@ -33,6 +33,7 @@ class Body:
     centre : `(3,)`, where that origin lies in the coordinates of `vertices`. Poses turn bodies about it.
     volume : cubic metres, of the solid.
     notes : what was done to the file's surface to make it one, a line each. source : the file it came from.
+    core, growth : of a body that `growing.grown` made, the body inside it, and by how many metres it was grown.
     """
 
     name: str
@@ -44,6 +45,8 @@ class Body:
     volume: float
     notes: tuple[str, ...] = ()
     source: str = ""
+    core: Body | None = None
+    growth: float = 0.0
 
     @cached_property
     def digest(self) -> str:

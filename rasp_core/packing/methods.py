@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
+from functools import partial
 
 import torch
 
@@ -16,6 +17,7 @@ from ..problem import Settings
 from ..util.devices import resolve_device
 from ..util.errors import InputError
 from . import constructive, dense, minimal_box, paper
+from .clearance import clearance_of, pack_apart
 from .pool import check_sizes, draw, fit_scale
 from .result import Packing
 
@@ -135,16 +137,24 @@ def search(
     time_limit: float | None = None,
     effort: int | None = None,
     progress: bool = False,
+    clearance: float | Sequence[float] | None = None,
+    wall_clearance: float | None = None,
 ) -> Packing:
     """Pack by one of `METHODS`; None as `resolve_method` has it.
 
     settings : a method reads those that `USES` names; whether the others were given is not known here, so that callers
-    ask `refuse_ignored` first. Raises InputError as `resolve_method` does, for a count, a time limit or an effort that
-    the method would ignore, and as the method itself does.
+    ask `refuse_ignored` first. clearance : metres that bodies stay apart, or each of them, of which the larger counts
+    between two. wall_clearance : metres from the wall, as much as between bodies if None. Raises InputError as
+    `resolve_method` does, for a count, a time limit or an effort that the method would ignore, and as `pack_apart` and
+    the method itself do.
     """
     method = resolve_method(method, container)
     given = {"count": count, "time_limit": time_limit, "effort": effort}
     refuse_ignored(method, {name: value for name, value in given.items() if value is not None}, container)
+    apart = clearance_of(len(bodies), clearance, wall_clearance)
+    if apart is not None:
+        alone = partial(search, method, settings=settings, device=device, progress=progress, **given)
+        return pack_apart(alone, bodies, container, apart, device, progress)
     if isinstance(container, FreeBox):
         return minimal_box.pack(
             bodies,
@@ -200,6 +210,8 @@ def pack(
     azimuths_deg: Sequence[float] | None = None,
     elevations_deg: Sequence[float] | None = None,
     reading: Mapping[str, str | bool] | None = None,
+    clearance: float | None = None,
+    wall_clearance: float | None = None,
     **settings,
 ) -> dict:
     """One packing's facts as plain values, for `sweep.sweep`; reading : fields of `loading.Reading`. settings : of
@@ -228,6 +240,8 @@ def pack(
         device=resolve_device(device),
         time_limit=time_limit,
         effort=effort,
+        clearance=clearance,
+        wall_clearance=wall_clearance,
     )
     certificate = packed.certificate
     return {

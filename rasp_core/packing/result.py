@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
 
 from ..exact.certificate import TOLERANCE, certify
 from ..exact.certified import Certified
+from ..exact.gaps import measure
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
 from ..objective import LOSS_NAMES
@@ -45,11 +46,13 @@ def finish(
     rounds: Sequence[dict] = (),
     pulls: Sequence[np.ndarray] = (),
     interrupted: bool = False,
+    clearance: tuple[np.ndarray, float] | None = None,
 ) -> Packing:
     """The packing of the objects `chosen` from `bodies` at `poses` in their order, drawn and certified.
 
     settings : for the record; the resolution is that of the images. history, pulls : `(I, 5)` and `(J, 4)` of each
-    round, as in `optimizer.Arrangement`.
+    round, as in `optimizer.Arrangement`. clearance : what is asked for each of them, `(N,)` metres, and from the wall,
+    as `gaps.measure` has it.
 
     Raises InputError if nothing was chosen.
     """
@@ -74,4 +77,7 @@ def finish(
         interrupted=interrupted,
     )
     certificate = certify(problem.bodies, arrangement.matrices, container, TOLERANCE)
+    if clearance is not None:
+        gaps = measure(problem.bodies, arrangement.matrices, container, *clearance)
+        certificate = replace(certificate, gaps=gaps)
     return Packing(arrangement, certificate, list(chosen), losses, list(rounds))

@@ -158,3 +158,25 @@ def test_weightings_and_the_viewing_volume_are_options(cans, tmp_path, capsys):
     assert "--weighting " in capsys.readouterr().out
     header = (tmp_path / "s" / "sweep.csv").read_text().splitlines()[0]
     assert header.startswith("lambda_,epsilon,weighting,seed,")
+
+
+def test_a_clearance_is_kept_told_and_judged_again(cans, tmp_path, capsys):
+    out, box = tmp_path / "out", "box:20,20,20"
+    lengths = ["--unit", "cm", "--clearance", "0.5", "--wall-clearance", "0.8"]
+    for can in cans.iterdir():
+        trimesh.load(can).apply_scale(100).export(can)
+    assert main(["pack", str(cans), "--container", box, "--method", "spectral", *lengths, "--out", str(out)]) == 0
+    record = json.loads((out / "result.json").read_text())
+    gaps = record["certificate"]["gaps"]
+    assert gaps["holds"]
+    assert (gaps["clearance"], gaps["wall_clearance"]) == pytest.approx((0.005, 0.008))
+    assert gaps["least"]["gap"] >= 0.005 - 1e-12
+    assert gaps["least_to_wall"]["gap"] >= 0.008 - 1e-12
+    line = f"least gap {gaps['least']['gap']:.4g} m ({gaps['least']['first']}, {gaps['least']['second']})"
+    assert line in capsys.readouterr().err
+    assert main(["check", str(out), *lengths]) == 0
+    assert "least gap" in capsys.readouterr().err
+    assert main(["check", str(out), "--clearance", "0.15"]) == 1
+    printed = capsys.readouterr()
+    assert "0.15 m are asked" in printed.err
+    assert "NOT certified" in printed.out

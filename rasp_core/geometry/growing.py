@@ -1,0 +1,228 @@
+"""Solids grown on all sides, and containers shrunk: what lies apart as grown solids lies apart by that much more.
+
+Minkowski sums and differences with a polyhedron about a ball, by manifold3d: what they keep clear is never less than
+the ball's radius, and in the directions of the file's axes it is just that, so that blocks stay blocks. What has too
+many triangles is simplified before, and if it still has, moved out on a grid of distances; by so much that an exact
+measure of the gap finds the radius.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+from functools import lru_cache
+
+import manifold3d
+import numpy as np
+import trimesh
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from ..io.atomic_files import whole
+from ..util import caches, o3d
+from ..util.errors import InputError
+from .containers import Container, box
+from .meshes import Body, SolidKey, make_body
+from .sdf import Grid
+from .shells import to_manifold
+
+SPARE = 1e-4  # of the radius, that solids are grown more than asked, for what rounding takes
+MOST_TRIANGLES = 1500  # of what is grown or shrunk by a sum, which takes five milliseconds for each
+SIMPLER_BY = 0.05, 0.1, 0.2  # of the radius: how far a surface of more triangles may stray, until it has fewer
+MOST_CELLS, GRID_BEYOND = (
+    96,
+    8,
+)  # along the grid of what has more, and radii that it reaches beyond, both sides together
+GRID_SIMPLER_BY = 0.1  # of the radius: how far the grid's steps may be smoothed away
+MOST_ROUNDS = 6  # until such a surface is far enough
+FEW_TRIANGLES = 100  # up to which a grown solid is exact; else it may be simplified,
+SIMPLIFIED_BY = 0.01  # of the radius, by which it is grown more
+MOST_PIECES = 64  # convex ones that a solid may consist of
+OUTSIDE = 4  # radii of space about a solid, of which its surface bounds the inside
+_FORMAT = 1  # change it when what is cached changes
+
+
+def ball(radius: float) -> manifold3d.Manifold:
+    """A convex polyhedron of 26 faces at `radius` from the origin, across the axes and all diagonals of a cube."""
+    corner = np.array([1, np.sqrt(2) - 1, np.sqrt(3) - np.sqrt(2)])
+    signs = np.array(list(itertools.product((-1, 1), repeat=3)))
+    corners = [corner[list(order)] * signs for order in itertools.permutations(range(3))]
+    return manifold3d.Manifold.hull_points(radius * np.concatenate(corners))
+
+
+def grown(body: Body, radius: float) -> Body:
+    """A body whose solid holds every point within `radius` metres of `body`, and little more.
+
+    radius : positive. Its `core` is `body`, whose volume and file's coordinates it has: a matrix from file to world
+    places both. Kept on disk under the hash of its geometry.
+    """
+    vertices, faces = _cached(SolidKey(body), radius)
+    middle = (vertices.max(0) + vertices.min(0)) / 2
+    return replace(
+        body,
+        solid_vertices=vertices - middle,
+        solid_faces=faces,
+        centre=body.centre + middle,
+        core=body,
+        growth=radius,
+    )
+
+
+def shrunk(container: Container, margin: float) -> Container:
+    """The places of a container that lie `margin` metres or more from its wall, views kept; a box may also grow, by a
+    negative margin. Raises InputError if nothing is left.
+    """
+    nothing = f"nothing of the container is {margin:.3g} m from its wall; ask for less wall clearance"
+    if container.size is not None:
+        size = container.size - 2 * margin
+        if (size <= 0).any():
+            raise InputError(nothing)
+        return Container(box(size).body, size, container.directions)
+    if margin <= 0:
+        return container
+    body = container.body
+    wall = body.manifold
+    outside, coarse = _complement(wall, margin), _coarse(wall, margin)
+    if coarse.num_tri() <= MOST_TRIANGLES:
+        inside = _until_kept(margin, lambda reach: coarse.minkowski_difference(ball(reach)), outside.min_gap)
+    else:
+        grid = _distances(body, margin)
+        if grid.values.min() >= -margin:
+            raise InputError(nothing)
+        inside = _until_kept(
+            margin, lambda reach: wall ^ _within(grid, -reach, GRID_SIMPLER_BY * margin), outside.min_gap
+        )
+    if inside.volume() <= 0:
+        raise InputError(nothing)
+    mesh = inside.translate(body.centre).to_mesh64()
+    left = make_body(body.name, np.asarray(mesh.vert_properties)[:, :3], np.asarray(mesh.tri_verts))
+    return Container(left, None, container.directions)
+
+
+@lru_cache(maxsize=1024)
+def _cached(known: SolidKey, radius: float) -> tuple[np.ndarray, np.ndarray]:
+    body = known.body
+    key = hashlib.sha256(f"{_FORMAT} {body.digest} {radius!r}".encode()).hexdigest()[:32]
+    path = caches.cache_folder() / "grown" / f"{key}.npz"
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            return data["vertices"], data["faces"]
+    except Exception:  # absent or damaged, whatever numpy and zipfile call it: both are mended by growing
+        vertices, faces = _grow(body, radius)
+    with suppress(OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with whole(path) as part, part.open("wb") as file:
+            np.savez(file, vertices=vertices, faces=faces)
+    return vertices, faces
+
+
+def _grow(body: Body, radius: float) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices `(V, 3)` and faces `(F, 3)` of a body's solid grown by `radius`."""
+    solid, simpler = body.manifold, SIMPLIFIED_BY * radius
+    fine = solid.num_tri() > FEW_TRIANGLES
+    reach = radius * (1 + SPARE) + (simpler if fine else 0)
+    pieces, coarse = _convex_pieces(body, radius), _coarse(solid, radius)
+
+    def kept(found: manifold3d.Manifold, most: float) -> float:
+        return solid.min_gap(_complement(found, radius), most)
+
+    if pieces:
+        large = manifold3d.Manifold.batch_boolean([_hull_sum(piece, reach) for piece in pieces], manifold3d.OpType.Add)
+    elif coarse is solid:
+        large = solid.minkowski_sum(ball(reach))
+    elif coarse.num_tri() <= MOST_TRIANGLES:
+        large = _until_kept(reach, lambda further: coarse.minkowski_sum(ball(further)), kept)
+    else:
+        grid = _distances(body, radius)
+        large = _until_kept(reach, lambda more: solid + _within(grid, more, GRID_SIMPLER_BY * radius), kept)
+    mesh = (large.simplify(simpler) if fine else large).to_mesh64()
+    return np.array(mesh.vert_properties, np.float64)[:, :3], np.array(mesh.tri_verts, np.int64)
+
+
+def _until_kept(
+    reach: float,
+    make: Callable[[float], manifold3d.Manifold],
+    gap: Callable[[manifold3d.Manifold, float], float],
+) -> manifold3d.Manifold:
+    """What `make` makes for a reach of so much more that its exact gap is `reach` at least."""
+    further, found = reach, make(reach)
+    for _ in range(MOST_ROUNDS):
+        short = reach - gap(found, reach)
+        if short <= 0 or found.is_empty():
+            break
+        further += 1.05 * short
+        found = make(further)
+    return found
+
+
+def _within(grid: Grid, level: float, simpler: float) -> manifold3d.Manifold:
+    """Where a grid is below a level, by marching cubes."""
+    from skimage.measure import marching_cubes
+
+    vertices, faces, _, _ = marching_cubes(
+        np.where(grid.values == level, level + 1e-9 * grid.spacing, grid.values), level
+    )
+    mesh = trimesh.Trimesh(vertices * grid.spacing + grid.origin, faces, process=True)
+    if mesh.volume < 0:
+        mesh.invert()
+    return to_manifold(np.asarray(mesh.vertices), np.asarray(mesh.faces)).simplify(simpler)
+
+
+def _distances(body: Body, radius: float) -> Grid:
+    """Signed distances about a body, as fine as half a radius, but for bodies of a great many."""
+    import igl
+
+    extent = 2 * body.half_extents
+    spacing = max(radius / 2, float(extent.max()) / MOST_CELLS)
+    shape = np.ceil((extent + GRID_BEYOND * radius) / spacing).astype(int) + 5
+    axes = [spacing * (np.arange(n) - (n - 1) / 2) for n in shape]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
+    caster = o3d.caster([(body.solid_vertices, body.solid_faces)])
+    distance = caster.compute_distance(points.astype(np.float32)).numpy().astype(np.float64)
+    inside = igl.fast_winding_number(body.solid_vertices, body.solid_faces, points) > 0.5
+    values = np.where(inside, -distance, distance).reshape(shape)
+    return Grid(values, np.array([axis[0] for axis in axes]), spacing)
+
+
+def _hull_sum(points: np.ndarray, radius: float) -> manifold3d.Manifold:
+    """The convex hull of points `(V, 3)`, grown."""
+    return manifold3d.Manifold.hull_points(points).minkowski_sum(ball(radius))
+
+
+def _convex_pieces(body: Body, radius: float) -> list[np.ndarray]:
+    """Corners `(V, 3)` of convex pieces, as the file has them, whose hulls hold the solid and next to nothing besides,
+    for the radius that it is grown by; none if it is not made so."""
+    _, label = connected_components(_joining(body.faces, len(body.vertices)), directed=False)
+    order = np.argsort(label, kind="stable")
+    groups = np.split(order, np.flatnonzero(np.diff(label[order])) + 1)
+    pieces = [body.vertices[group] - body.centre for group in groups if len(group) > 3]
+    if len(pieces) > MOST_PIECES:
+        return []
+    hulls = [manifold3d.Manifold.hull_points(piece) for piece in pieces]
+    union = manifold3d.Manifold.batch_boolean(hulls, manifold3d.OpType.Add)
+    besides = (union - body.manifold).volume()
+    return pieces if besides < SIMPLIFIED_BY * radius * body.manifold.surface_area() else []
+
+
+def _joining(faces: np.ndarray, count: int) -> coo_matrix:
+    """Which of `count` vertices the edges of faces `(F, 3)` join."""
+    ends = np.concatenate([faces[:, :2], faces[:, 1:]])
+    return coo_matrix((np.ones(len(ends)), ends.T), (count, count))
+
+
+def _coarse(solid: manifold3d.Manifold, radius: float) -> manifold3d.Manifold:
+    """The solid itself, or, of too many triangles, one whose surface strays a little, with fewer."""
+    coarse = solid
+    for stray in SIMPLER_BY:
+        if coarse.num_tri() > MOST_TRIANGLES:
+            coarse = solid.simplify(stray * radius)
+    return coarse
+
+
+def _complement(solid: manifold3d.Manifold, radius: float) -> manifold3d.Manifold:
+    """Space about a solid that does not belong to it."""
+    low, high = np.array(solid.bounding_box()).reshape(2, 3) + OUTSIDE * radius * np.array([[-1], [1]])
+    return manifold3d.Manifold.cube(high - low).translate(low) - solid
