@@ -32,10 +32,8 @@ from .shells import to_manifold
 SPARE = 1e-4  # of the radius, that solids are grown more than asked, for what rounding takes
 MOST_TRIANGLES = 1500  # of what is grown or shrunk by a sum, which takes five milliseconds for each
 SIMPLER_BY = 0.05, 0.1, 0.2  # of the radius: how far a surface of more triangles may stray, until it has fewer
-MOST_CELLS, GRID_BEYOND = (
-    96,
-    8,
-)  # along the grid of what has more, and radii that it reaches beyond, both sides together
+MOST_CELLS = 96  # along the grid of what has more
+GRID_BEYOND = 8  # radii that it reaches beyond, both sides together
 GRID_SIMPLER_BY = 0.1  # of the radius: how far the grid's steps may be smoothed away
 MOST_ROUNDS = 6  # until such a surface is far enough
 FEW_TRIANGLES = 100  # up to which a grown solid is exact; else it may be simplified,

@@ -90,7 +90,7 @@ def pack_apart(
         device,
         history=[packed.history],
         rounds=packed.rounds,
-        pulls=[packed.pulls],
+        pulls=[packed.arrangement.pulls],
         interrupted=packed.arrangement.interrupted,
         clearance=(clearance.parts[packed.chosen], clearance.wall),
     )
