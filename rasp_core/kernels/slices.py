@@ -14,6 +14,7 @@ from torch import Tensor
 
 from ..geometry.interior_points import InteriorPoints
 from ..geometry.silhouette_edges import Views
+from ..util.errors import InputError
 from . import dispatch, wrenches
 
 
@@ -24,8 +25,10 @@ def render(
 
     The layers are as thick as the viewing volume's depth, its width, over their number. rotation `(N, 3, 3)` and
     translation `(N, 3)`, or those of S starts, which give `(S, K * layers, resolution, resolution)`; differentiable in
-    both. The views are orthographic.
+    both. Raises InputError for perspective views, through which layers are no slices.
     """
+    if views.any_perspective:
+        raise InputError("slices need orthographic views, got a perspective one; use silhouettes for it")
     draw = _Compiled.apply if dispatch.compiled(rotation.device) else _plain
     count = rotation.shape[-3]
     images = draw(

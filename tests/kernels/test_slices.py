@@ -8,10 +8,12 @@ import trimesh
 from data_fetch import kitchen_like
 from rasp_core import poses
 from rasp_core.geometry import containers
+from rasp_core.geometry.cameras import Camera
 from rasp_core.geometry.interior_points import interior_points
 from rasp_core.geometry.meshes import make_body
 from rasp_core.geometry.silhouette_edges import Views
 from rasp_core.kernels import dispatch, slices
+from rasp_core.util.errors import InputError
 
 BOX = containers.box((0.3, 0.25, 0.2))
 BODIES = kitchen_like(5)
@@ -112,3 +114,10 @@ def test_several_starts_give_what_each_gives():
     for one in range(2):
         alone = slices.render(material, rotation[one], translation[one], views, 16, 4)
         assert torch.equal(together[one], alone)
+
+
+def test_perspective_views_are_refused():
+    material, turns, place = crowd()
+    views = Views([Camera(0, 0, 1.0, projection="perspective")], dtype=torch.float64)
+    with pytest.raises(InputError, match="slices need orthographic views"):
+        slices.render(material, turns, place, views, 16, 4)
