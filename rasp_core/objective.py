@@ -70,7 +70,10 @@ def shadows(scene: Scene, rotation: Tensor, translation: Tensor, settings: Setti
 
 
 def term_weights(scene: Scene, lattice: Lattice, settings: Settings) -> tuple[float, float, float, float]:
-    """What silhouettes (as a mean), overlap and extrusion (as sums, in metres) and contact count in Eq. 1."""
+    """What silhouettes (as a mean), overlap and extrusion (as sums, in metres) and contact count in Eq. 1.
+
+    Slices count by the area that they show: as many pixels as silhouettes of the same settings have, for each layer.
+    """
     weighting = WEIGHTINGS[settings.weighting]
     images = len(scene.cameras) * max(1, SHADOWS[settings.shadow])
     pixels = images * settings.resolution**2 if weighting.silhouette == "sum" else 1

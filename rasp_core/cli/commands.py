@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import itertools
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
 from ..io.atomic_files import whole
@@ -16,6 +17,7 @@ from ..util.loading import loading
 
 WEIGHTS = ("weighting", "shadow", "lambda_", "epsilon")  # options that are fields of `problem.Settings`
 CLEARANCES = ("clearance", "wall_clearance")
+MOST_SLICED = 250  # pixels of a silhouette along the container, where slices take its place
 SETTINGS = (*WEIGHTS, "viewing_volume", "iterations", "resolution")
 LENGTHS = {"epsilon", "width", "clearance", "wall_clearance"}  # options that are in the unit
 SWEPT = (
@@ -34,6 +36,10 @@ def pack(options: argparse.Namespace) -> int:
 
     count = _count(options.count)
     _check_time(options)
+    _check_clearances(options)
+    _check_slices(options, [options.shadow])
+    if options.settle and _given(options, *CLEARANCES):
+        raise InputError("--settle lets objects fall onto each other, which leaves no gaps; give it or a clearance")
     folder = check_writable(options.out)
     method = _method(options, _given(options, "time_limit", "effort", *SETTINGS) | _counted(count))
     bodies, container, scale = methods.load(
@@ -153,6 +159,8 @@ def sweep(options: argparse.Namespace) -> int:
         from .sweep import sweep as sweep_all
 
     _check_time(options)
+    _check_clearances(options)
+    _check_slices(options, options.shadow or ())
     if options.seeds < 1:
         raise InputError(f"--seeds must be positive, got {options.seeds}")
     count, given, weights = _count(options.count), _given(options, *SWEPT), _given(options, *WEIGHTS)
@@ -200,6 +208,7 @@ def check(options: argparse.Namespace) -> int:
         from ..physics import disassembly
         from ..visualize import gltf
 
+    _check_clearances(options)
     bodies, container = gltf.read_scene(options.scene)
     stay = np.tile(np.eye(4), (len(bodies), 1, 1))
     certificate = certify(bodies, stay, container)
@@ -296,6 +305,25 @@ def _reading(options: argparse.Namespace):
 def _check_time(options: argparse.Namespace) -> None:
     if options.time_limit is not None and not options.time_limit > 0:
         raise InputError(f"--time-limit must be positive, got {options.time_limit}")
+
+
+def _check_clearances(options: argparse.Namespace) -> None:
+    for name in CLEARANCES:
+        length = getattr(options, name)
+        if length is not None and not 0 <= length < float("inf"):
+            raise InputError(f"--{name.replace('_', '-')} must be a length of 0 or more, got {length:g}")
+
+
+def _check_slices(options: argparse.Namespace, shadows: Iterable[str | None]) -> None:
+    """Points inside bodies are as dense as pixels of slices, and too many of them are not held."""
+    from ..problem import SHADOWS, Settings
+
+    resolution, volume = options.resolution or Settings.resolution, options.viewing_volume or Settings.viewing_volume
+    if any(SHADOWS.get(name) for name in shadows) and resolution > MOST_SLICED * volume:
+        raise InputError(
+            f"slices have at most {MOST_SLICED} pixels along the container, --resolution over --viewing-volume; got "
+            f"{resolution} over {volume:g}"
+        )
 
 
 def _count(text: str) -> int | None:

@@ -185,8 +185,10 @@ def _add_reading(parser: argparse.ArgumentParser) -> None:
 
 def _add_clearance(parser: argparse.ArgumentParser) -> None:
     """What is to be kept clear."""
-    parser.add_argument("--clearance", type=float, metavar="D", help="a length that no two objects come nearer")
-    parser.add_argument("--wall-clearance", type=float, metavar="D", help="the same from the wall (default: as much)")
+    parser.add_argument("--clearance", type=float, metavar="D", help="least distance between two objects")
+    parser.add_argument(
+        "--wall-clearance", type=float, metavar="D", help="least distance from the wall (default: as much)"
+    )
 
 
 def _add_problem(parser: argparse.ArgumentParser) -> None:

@@ -180,3 +180,31 @@ def test_a_clearance_is_kept_told_and_judged_again(cans, tmp_path, capsys):
     printed = capsys.readouterr()
     assert "0.15 m are asked" in printed.err
     assert "NOT certified" in printed.out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--clearance", "-4", "--unit", "mm"], "--clearance must be a length of 0 or more, got -4"),
+        (["--wall-clearance", "nan"], "--wall-clearance must be a length of 0 or more, got nan"),
+        (["--clearance", "0.01", "--settle"], "--settle lets objects fall onto each other"),
+        (["--shadow", "slices", "--resolution", "512"], "at most 250 pixels along the container"),
+        (["--shadow", "thickness", "--viewing-volume", "1"], "got 256 over 1"),
+        (["--shadow", "hologram"], "shadow 'hologram' is unknown"),
+    ],
+)
+def test_what_clearances_and_slices_cannot_be_is_told(cans, tmp_path, capsys, arguments, told):
+    assert main(["pack", str(cans), "--container", BOX, "--out", str(tmp_path / "out"), *arguments]) == 2
+    assert told in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_run_is_not_judged_by_a_clearance_that_is_none(cans, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["pack", str(cans), "--container", BOX, "--method", "dblf", "--out", str(out)]) == 0
+    for wrong in ("nan", "-1"):
+        assert main(["check", str(out), "--clearance", wrong]) == 2
+        assert "must be a length of 0 or more" in capsys.readouterr().err
+    slices = ["--method", "paper", "--shadow", "slices", *SMALL, "--out", str(tmp_path / "slices")]
+    assert main(["pack", str(cans), "--container", BOX, *slices]) == 0
+    assert json.loads((tmp_path / "slices" / "result.json").read_text())["settings"]["shadow"] == "slices"

@@ -37,7 +37,7 @@ def test_a_search_ends_with_a_certified_packing_of_different_objects(pool, packe
     assert packed.density == pytest.approx(sum(pool[i].volume for i in packed.chosen) / 0.008)
     assert packed.rounds[-1]["objects"] == len(packed.chosen)
     assert packed.history.shape[1] == 5
-    assert (packed.pulls[:, 0] > 0).all(), "shadows pull from the first iteration to the last"
+    assert (packed.arrangement.pulls[:, 0] > 0).all(), "shadows pull from the first iteration to the last"
 
 
 def test_the_same_seed_gives_the_same_packing(pool):
@@ -65,7 +65,7 @@ def test_without_shadows_none_pull(pool):
     settings = replace(QUICK, iterations=60, weighting="no_shadows", epsilon=1e-3)
     packed = paper.pack(pool[:12], box((0.14, 0.14, 0.14)), settings=settings)
     assert packed.certificate.holds
-    assert (packed.pulls[:, 0] == 0).all()
+    assert (packed.arrangement.pulls[:, 0] == 0).all()
 
 
 def test_ctrl_c_ends_with_what_holds(pool, monkeypatch):
