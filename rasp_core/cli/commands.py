@@ -8,16 +8,14 @@ from __future__ import annotations
 import argparse
 import itertools
 import sys
-from collections.abc import Iterable
 from pathlib import Path
 
 from ..io.atomic_files import whole
 from ..util.errors import InputError
 from ..util.loading import loading
+from .checks import CLEARANCES, check_clearances, check_slices, check_time, count_of
 
 WEIGHTS = ("weighting", "shadow", "lambda_", "epsilon")  # options that are fields of `problem.Settings`
-CLEARANCES = ("clearance", "wall_clearance")
-MOST_SLICED = 250  # pixels of a silhouette along the container, where slices take its place
 SETTINGS = (*WEIGHTS, "viewing_volume", "iterations", "resolution")
 LENGTHS = {"epsilon", "width", "clearance", "wall_clearance"}  # options that are in the unit
 SWEPT = (
@@ -34,10 +32,10 @@ def pack(options: argparse.Namespace) -> int:
         from ..geometry.containers import FreeBox
         from ..packing import methods
 
-    count = _count(options.count)
-    _check_time(options)
-    _check_clearances(options)
-    _check_slices(options, [options.shadow])
+    count = count_of(options.count)
+    check_time(options)
+    check_clearances(options)
+    check_slices(options, [options.shadow])
     if options.settle and _given(options, *CLEARANCES):
         raise InputError("--settle lets objects fall onto each other, which leaves no gaps; give it or a clearance")
     folder = check_writable(options.out)
@@ -111,7 +109,7 @@ def art(options: argparse.Namespace) -> int:
         from ..api.sculpt import sculpt
         from ..geometry.loading import load_bodies
 
-    _check_time(options)
+    check_time(options)
     folder = check_writable(options.out)
     several = options.text is not None and len(options.text[0]) > 1
     places = (folder / f"{number}" for number in itertools.count(1)) if several else iter([folder])
@@ -158,12 +156,12 @@ def sweep(options: argparse.Namespace) -> int:
         from .sweep import grid
         from .sweep import sweep as sweep_all
 
-    _check_time(options)
-    _check_clearances(options)
-    _check_slices(options, options.shadow or ())
+    check_time(options)
+    check_clearances(options)
+    check_slices(options, options.shadow or ())
     if options.seeds < 1:
         raise InputError(f"--seeds must be positive, got {options.seeds}")
-    count, given, weights = _count(options.count), _given(options, *SWEPT), _given(options, *WEIGHTS)
+    count, given, weights = count_of(options.count), _given(options, *SWEPT), _given(options, *WEIGHTS)
     method = _method(options, {**given, **weights} | _counted(count))
     if method == "paper":
         weights = {"lambda_": [Settings.lambda_], "epsilon": [Settings.epsilon]} | weights
@@ -208,7 +206,7 @@ def check(options: argparse.Namespace) -> int:
         from ..physics import disassembly
         from ..visualize import gltf
 
-    _check_clearances(options)
+    check_clearances(options)
     bodies, container = gltf.read_scene(options.scene)
     stay = np.tile(np.eye(4), (len(bodies), 1, 1))
     certificate = certify(bodies, stay, container)
@@ -300,39 +298,3 @@ def _reading(options: argparse.Namespace):
     from ..geometry.loading import Reading
 
     return Reading(options.unit, options.repair, options.together, options.split)
-
-
-def _check_time(options: argparse.Namespace) -> None:
-    if options.time_limit is not None and not options.time_limit > 0:
-        raise InputError(f"--time-limit must be positive, got {options.time_limit}")
-
-
-def _check_clearances(options: argparse.Namespace) -> None:
-    for name in CLEARANCES:
-        length = getattr(options, name)
-        if length is not None and not 0 <= length < float("inf"):
-            raise InputError(f"--{name.replace('_', '-')} must be a length of 0 or more, got {length:g}")
-
-
-def _check_slices(options: argparse.Namespace, shadows: Iterable[str | None]) -> None:
-    """Points inside bodies are as dense as pixels of slices, and too many of them are not held."""
-    from ..problem import SHADOWS, Settings
-
-    resolution, volume = options.resolution or Settings.resolution, options.viewing_volume or Settings.viewing_volume
-    if any(SHADOWS.get(name) for name in shadows) and resolution > MOST_SLICED * volume:
-        raise InputError(
-            f"slices have at most {MOST_SLICED} pixels along the container, --resolution over --viewing-volume; got "
-            f"{resolution} over {volume:g}"
-        )
-
-
-def _count(text: str) -> int | None:
-    if text == "auto":
-        return None
-    try:
-        count = int(text)
-    except ValueError:
-        count = 0
-    if count < 1:
-        raise InputError(f"--count must be auto or a positive number, got {text}")
-    return count

@@ -1,0 +1,40 @@
+"""Checks of options: what passes, and the line that says what does not."""
+
+from argparse import Namespace
+
+import pytest
+
+from rasp_core.cli.checks import check_clearances, check_slices, check_time, count_of
+from rasp_core.util.errors import InputError
+
+
+def test_a_count_is_positive_or_found():
+    assert count_of("auto") is None
+    assert count_of("12") == 12
+    for wrong in ("0", "-1", "many"):
+        with pytest.raises(InputError, match=f"--count must be auto or a positive number, got {wrong}"):
+            count_of(wrong)
+
+
+def test_seconds_are_positive():
+    check_time(Namespace(time_limit=None))
+    check_time(Namespace(time_limit=0.5))
+    for wrong in (0.0, float("nan")):
+        with pytest.raises(InputError, match="--time-limit must be positive"):
+            check_time(Namespace(time_limit=wrong))
+
+
+def test_clearances_are_lengths():
+    check_clearances(Namespace(clearance=0.0, wall_clearance=None))
+    for wrong in (-1.0, float("nan"), float("inf")):
+        with pytest.raises(InputError, match="--wall-clearance must be a length of 0 or more"):
+            check_clearances(Namespace(clearance=1.0, wall_clearance=wrong))
+
+
+@pytest.mark.parametrize(("resolution", "volume"), [(None, None), (500, 2.0), (250, 1.0)])
+def test_slices_are_as_fine_as_their_points_allow(resolution, volume):
+    check_slices(Namespace(resolution=resolution, viewing_volume=volume), ["slices", "silhouette"])
+    finer = Namespace(resolution=(resolution or 256) * 2 + 1, viewing_volume=volume)
+    check_slices(finer, ["silhouette", None])
+    with pytest.raises(InputError, match="slices have at most 250 pixels along the container"):
+        check_slices(finer, ["silhouette", "thickness"])
