@@ -205,6 +205,9 @@ def test_a_run_is_not_judged_by_a_clearance_that_is_none(cans, tmp_path, capsys)
     for wrong in ("nan", "-1"):
         assert main(["check", str(out), "--clearance", wrong]) == 2
         assert "must be a length of 0 or more" in capsys.readouterr().err
-    slices = ["--method", "paper", "--shadow", "slices", *SMALL, "--out", str(tmp_path / "slices")]
-    assert main(["pack", str(cans), "--container", BOX, *slices]) == 0
-    assert json.loads((tmp_path / "slices" / "result.json").read_text())["settings"]["shadow"] == "slices"
+
+
+def test_slices_can_take_the_place_of_silhouettes(cans, tmp_path):
+    arguments = ["--method", "paper", "--shadow", "slices", *SMALL, "--out", str(tmp_path / "out")]
+    assert main(["pack", str(cans), "--container", BOX, *arguments]) == 0
+    assert json.loads((tmp_path / "out" / "result.json").read_text())["settings"]["shadow"] == "slices"
