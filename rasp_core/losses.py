@@ -19,6 +19,7 @@ from .geometry.sdf import GridStack
 from .kernels import dispatch, wrenches
 from .poses import to_world
 from .query_points import Lattice, bodies_at, for_kernels, occupancy_by_compiled_loops, possibly_inside
+from .util import capacity
 from .util.errors import InputError
 
 LAMBDA = 0.001  # weight of the extrusion term, the paper's
@@ -88,15 +89,15 @@ def depths(
     `least` bodies, with S_i the signed distance of body i.
 
     Returns for each term the body i `(M,)`, p in its frame `(M, 3)`, the depth -S_i(p) `(M,)` in metres, and the slope
-    of S_i there `(M, 3)`, in its frame.
+    of S_i there `(M, 3)`, in its frame. What is there to fill a `util.capacity` has no depth and no slope.
     """
-    body, point, local = possibly_inside(stack, half, rotation, translation, lattice, least)
+    body, point, local, real = possibly_inside(stack, half, rotation, translation, lattice, least)
     distance, slope = stack.sample(body, local)
-    counts = distance < 0
+    counts = capacity.only(real, distance < 0)
     if least > 1:
-        counts &= bodies_at(point[counts], lattice)[point] >= least
-    kept = counts.nonzero()[:, 0]
-    return body[kept], local[kept], -distance[kept], slope[kept]
+        counts &= bodies_at(point, counts, lattice)[point] >= least
+    kept, real = capacity.found(counts, "lattice points of Eq. 3")
+    return body[kept], local[kept], capacity.only(real, -distance[kept]), capacity.only(real, slope[kept])
 
 
 def _overlap_by_compiled_loops(stack, half, rotation, translation, lattice, least: int) -> np.ndarray:
@@ -133,12 +134,12 @@ def extrusion(
     @wrenches.each_start
     def plain(rotation, translation):
         near = container.signed_distance(translation)[0] + radius > -epsilon
-        chosen = near[vertex_body].nonzero()[:, 0]
+        chosen, real = capacity.found(near[vertex_body], "vertices near walls")
         body, point = vertex_body[chosen], vertices[chosen]
         distance, normal = container.signed_distance(to_world(rotation, translation, body, point))
-        out = (distance > -epsilon).nonzero()[:, 0]
-        value = distance[out].sum() - epsilon * (len(vertices) - len(out))
-        return value, wrenches.gather(len(rotation), body[out], point[out], normal[out])
+        beyond = capacity.only(real, (distance + epsilon).clamp(min=0))
+        force = torch.where((beyond > 0)[:, None], normal, 0)
+        return beyond.sum() - epsilon * len(vertices), wrenches.gather(len(rotation), body, point, force)
 
     def compiled(rotation, translation):
         from .kernels import contact as loops

@@ -9,21 +9,24 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from . import contact, losses
+from . import losses
 from .kernels import slices
+from .kernels.surface_contact import Neighbours, contact, neighbours
 from .problem import SHADOWS, WEIGHTINGS, Settings, slice_resolution
 from .query_points import Lattice
 from .scene import Scene
 from .silhouettes import render
+from .util.devices import side_by_side
 
 NEIGHBOUR_REACH = 0.06  # of a mean body's radius: how far the contact term looks around
 LOSS_NAMES = ("total", "silhouette", "overlap", "extrusion", "contact")
 
 
-def objective(scene: Scene, rotation, translation, targets, lattice, settings: Settings, iteration=0, near=None):
+def objective(scene: Scene, rotation, translation, targets, lattice, settings: Settings, softness_px=None, near=None):
     """Eq. 1 at given poses: losses `(5,)` in the order of LOSS_NAMES, and the images or None. Differentiable.
 
     With poses of S starts, losses `(S, 5)` and images `(S, K, H, W)`.
+    softness_px : the blur of Eq. 2, in pixels of the settings' resolution; that of the first iteration where None.
     near : `find_neighbours` of these poses or of nearby ones, found here where None.
 
     Terms of weight 0 are not computed and count as 0.
@@ -32,29 +35,32 @@ def objective(scene: Scene, rotation, translation, targets, lattice, settings: S
     zero = torch.zeros(translation.shape[:-2], device=scene.device, dtype=scene.dtype)
     silhouette = overlap = extrusion = touch = zero
     images = None
-    if weights[0]:
-        images = shadows(scene, rotation, translation, settings)
-        softness_px = settings.softness(iteration) * images.shape[-1] / settings.resolution
-        silhouette = losses.silhouette(images, targets, softness_px)
-    if weights[1]:
-        overlap = losses.overlap(scene.stack, scene.half, rotation, translation, lattice, settings.overlap_term)
-    if weights[2]:
-        movers, corners = scene.movers, scene.moving_vertices
-        extrusion = losses.extrusion(
-            scene.container,
-            scene.outlines.vertices[:corners],
-            scene.outlines.vertex_body[:corners],
-            scene.radius[:movers],
-            rotation[..., :movers, :, :],
-            translation[..., :movers, :],
-            settings.epsilon,
-        )
-    if weights[3]:
-        if near is None:
-            near = find_neighbours(scene, rotation, translation, settings)
-        margin = torch.full_like(scene.radius, settings.contact_margin)
-        touch = contact.contact(scene.stack, scene.samples, near, scene.container, rotation, translation, margin)
-        touch = touch / lattice.spacing**3
+    with side_by_side(scene.device, "terms") as aside:
+        if weights[0]:
+            images = shadows(scene, rotation, translation, settings)
+            softness_px = settings.softness(0) if softness_px is None else softness_px
+            silhouette = losses.silhouette(images, targets, softness_px * images.shape[-1] / settings.resolution)
+        if weights[1]:
+            with aside():
+                overlap = losses.overlap(scene.stack, scene.half, rotation, translation, lattice, settings.overlap_term)
+        if weights[2]:
+            movers, corners = scene.movers, scene.moving_vertices
+            with aside():
+                extrusion = losses.extrusion(
+                    scene.container,
+                    scene.outlines.vertices[:corners],
+                    scene.outlines.vertex_body[:corners],
+                    scene.radius[:movers],
+                    rotation[..., :movers, :, :],
+                    translation[..., :movers, :],
+                    settings.epsilon,
+                )
+        if weights[3]:
+            if near is None:
+                near = find_neighbours(scene, rotation, translation, settings)
+            margin = torch.full_like(scene.radius, settings.contact_margin)
+            touch = contact(scene.stack, scene.samples, near, scene.container, rotation, translation, margin)
+            touch = touch / lattice.spacing**3
     total = weights[0] * silhouette + weights[1] * overlap + weights[2] * extrusion + weights[3] * touch
     return torch.stack([total, silhouette, overlap, extrusion, touch], -1), images
 
@@ -98,18 +104,16 @@ def pulls(losses: Tensor, weights: tuple[float, float, float, float], translatio
     for column, weight in enumerate(weights, start=1):
         loss = losses[..., column].sum()
         slope = torch.autograd.grad(loss, translation, retain_graph=True, allow_unused=True)[0] if weight else None
-        norms = (
-            torch.zeros(translation.shape[:-1], dtype=translation.dtype) if slope is None else slope.norm(dim=-1).cpu()
-        )
+        norms = translation.new_zeros(translation.shape[:-1]) if slope is None else slope.norm(dim=-1)
         found.append(weight * norms.mean(-1))
     return torch.stack(found, -1)
 
 
-def find_neighbours(scene: Scene, rotation: Tensor, translation: Tensor, settings: Settings) -> contact.Neighbours:
+def find_neighbours(scene: Scene, rotation: Tensor, translation: Tensor, settings: Settings) -> Neighbours:
     """The samples that the contact term looks at, for some iterations about these poses."""
     reach = NEIGHBOUR_REACH * scene.radius.mean().item() + 2 * settings.contact_margin
     place = scene.half, rotation, translation, scene.container
-    return contact.neighbours(scene.stack, scene.samples, *place, reach, scene.movers)
+    return neighbours(scene.stack, scene.samples, *place, reach, scene.movers)
 
 
 def pull_shares(pulled: np.ndarray) -> np.ndarray:

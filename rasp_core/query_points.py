@@ -6,7 +6,7 @@ A body is looked up only at the points in its own bounding box, never bodies x p
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -15,6 +15,7 @@ from torch import Tensor
 from .geometry.containers import Container
 from .geometry.sdf import NEAR, GridStack
 from .kernels import dispatch, wrenches
+from .util import capacity
 from .util.errors import InputError
 
 QUERY_POINTS = 80_000  # the paper's
@@ -24,20 +25,19 @@ QUERY_POINTS = 80_000  # the paper's
 class Lattice:
     """Query points on a regular lattice: origin `(3,)`, spacing in metres, shape `(X, Y, Z)`, z fastest.
 
-    inside : flat bool, which points count, or None where all do.
+    inside : flat bool, which points count, or None where all do. count : how many count; found out where None.
     """
 
     origin: Tensor
     spacing: float
     shape: tuple[int, int, int]
-    inside: Tensor | None
+    inside: Tensor | None = None
+    count: int | None = None
 
-    @property
-    def count(self) -> int:
-        """How many points count."""
-        if self.inside is None:
-            return self.shape[0] * self.shape[1] * self.shape[2]
-        return int(self.inside.sum())
+    def __post_init__(self):
+        if self.count is None:
+            count = math.prod(self.shape) if self.inside is None else int(self.inside.sum())
+            object.__setattr__(self, "count", count)
 
     def points(self) -> Tensor:
         """All points, `(X * Y * Z, 3)`, those that do not count included."""
@@ -47,7 +47,7 @@ class Lattice:
 
     def shifted(self, fraction: Tensor) -> Lattice:
         """The lattice moved by a `fraction` `(3,)` of its spacing; the same points count."""
-        return Lattice(self.origin + fraction * self.spacing, self.spacing, self.shape, self.inside)
+        return replace(self, origin=self.origin + fraction * self.spacing)
 
 
 def query_lattice(container: Container, count: int = QUERY_POINTS, device="cpu", dtype=torch.float32) -> Lattice:
@@ -71,8 +71,8 @@ def occupancy(stack: GridStack, half: Tensor, rotation: Tensor, translation: Ten
         counts = occupancy_by_compiled_loops(for_kernels(stack, half, *poses, lattice), 1, lattice)
         return torch.from_numpy(counts[0].reshape(lattice.shape))
     with torch.no_grad():
-        body, point, local = possibly_inside(stack, half, rotation, translation, lattice)
-        return bodies_at(point[stack.sample(body, local)[0] < 0], lattice).view(lattice.shape)
+        body, point, local, _ = possibly_inside(stack, half, rotation, translation, lattice)
+        return bodies_at(point, stack.sample(body, local)[0] < 0, lattice).view(lattice.shape)
 
 
 def occupancy_by_compiled_loops(scene: tuple, starts: int, lattice: Lattice) -> np.ndarray:
@@ -99,23 +99,18 @@ def for_kernels(
     )
 
 
-def ranges(start: Tensor, count: Tensor) -> tuple[Tensor, Tensor]:
-    """The indices in ranges `[start, start + count)`: which range each one is of, and the index."""
-    which = torch.repeat_interleave(count)
-    return which, torch.arange(len(which), device=count.device) - (count.cumsum(0) - count - start)[which]
-
-
-def bodies_at(point: Tensor, lattice: Lattice) -> Tensor:
-    """How often each flat lattice point is among `point` `(M,)`, `(X * Y * Z,)` int32."""
-    size = lattice.shape[0] * lattice.shape[1] * lattice.shape[2]
-    ones = torch.ones_like(point, dtype=torch.int32)
-    return torch.zeros(size, dtype=torch.int32, device=point.device).index_add_(0, point, ones)
+def bodies_at(point: Tensor, counts: Tensor, lattice: Lattice) -> Tensor:
+    """How often each flat lattice point is among those of `point` `(M,)` that count, `(M,)` bool; `(X * Y * Z,)`
+    int32."""
+    tally = torch.zeros(math.prod(lattice.shape), dtype=torch.int32, device=point.device)
+    return tally.index_add_(0, point, counts.int())
 
 
 def possibly_inside(
     stack: GridStack, half: Tensor, rotation: Tensor, translation: Tensor, lattice: Lattice, least: int = 1
-) -> tuple[Tensor, Tensor, Tensor]:
-    """Pairs (body, lattice point) that may lie inside: body `(M,)`, flat point `(M,)`, place in the body's frame.
+) -> tuple[Tensor, Tensor, Tensor, Tensor | None]:
+    """Pairs (body, lattice point) that may lie inside: body `(M,)`, flat point `(M,)`, place in the body's frame
+    `(M, 3)`, and which of them are real, see `util.capacity`.
 
     A body's box is cut out of the lattice column by column, so that a turned box costs its own volume and not that
     of the upright box about it. The grids' nearest values throw out what surely lies outside, and points that are left
@@ -123,15 +118,16 @@ def possibly_inside(
     """
     device, h = rotation.device, lattice.spacing
     reach = (rotation.abs() @ half[:, :, None])[:, :, 0]
-    top = torch.tensor(lattice.shape, device=device) - 1
+    top = torch.stack([torch.full((), n - 1, device=device) for n in lattice.shape])
     low = torch.minimum(((translation - reach - lattice.origin) / h).ceil().clamp(min=0).long(), top + 1)
     high = torch.minimum(((translation + reach - lattice.origin) / h).floor().long(), top)
     width = (high - low + 1).clamp(min=0)
 
     columns = width[:, 0] * width[:, 1]
-    body, step = ranges(torch.zeros_like(columns), columns)
-    ix = low[body, 0] + torch.div(step, width[body, 1], rounding_mode="floor")
-    iy = low[body, 1] + step % width[body, 1]
+    body, step, real = capacity.ranges(torch.zeros_like(columns), columns, "columns of lattice points")
+    across = width[body, 1].clamp(min=1)
+    ix = low[body, 0] + torch.div(step, across, rounding_mode="floor")
+    iy = low[body, 1] + step % across
     # along a column the place in the body's frame is base + iz * rise
     foot = torch.stack([ix, iy, torch.zeros_like(ix)], 1).to(rotation.dtype) * h + lattice.origin - translation[body]
     base = (foot[:, None, :] @ rotation[body])[:, 0]
@@ -141,19 +137,19 @@ def possibly_inside(
     enter, leave = (-bound - base) / rise, (bound - base) / rise
     first = torch.minimum(enter, leave).amax(1).ceil().clamp(min=0).long()
     last = torch.minimum(torch.maximum(enter, leave).amin(1).floor().clamp(-1, lattice.shape[2]).long(), top[2])
-    lengths = (last - first + 1).clamp(min=0)
+    lengths = capacity.only(real, (last - first + 1).clamp(min=0))
 
-    column, iz = ranges(first, lengths)
+    column, iz, real = capacity.ranges(first, lengths, "lattice points in boxes")
     owner = body[column]
-    point = ((ix * lattice.shape[1] + iy) * lattice.shape[2])[column] + iz
+    point = capacity.only(real, ((ix * lattice.shape[1] + iy) * lattice.shape[2])[column] + iz)
     spacing = stack.spacing[body, None]
     cell = ((base - stack.origin[body]) / spacing)[column] + iz[:, None] * (rise / spacing)[column]
     value = stack.at_cells(owner, cell)
-    kept = value < NEAR * stack.spacing[owner]
+    kept = capacity.only(real, value < NEAR * stack.spacing[owner])
     if lattice.inside is not None:
         kept &= lattice.inside[point]
     if least > 1:
-        kept &= bodies_at(point[kept], lattice)[point] >= least
-    kept = kept.nonzero()[:, 0]
+        kept &= bodies_at(point, kept, lattice)[point] >= least
+    kept, real = capacity.found(kept, "lattice points near bodies")
     column, owner, point, iz = column[kept], owner[kept], point[kept], iz[kept]
-    return owner, point, base[column] + iz[:, None] * rise[column]
+    return owner, point, base[column] + iz[:, None] * rise[column], real

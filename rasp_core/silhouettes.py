@@ -18,11 +18,15 @@ from __future__ import annotations
 import numpy as np
 import torch
 from torch import Tensor
-from torch.nn import functional
+from torch.nn.functional import pad
 
 from .geometry.meshes import Body
 from .geometry.silhouette_edges import Outlines, Views, contour_edges, eye_distance, project
 from .kernels import dispatch, wrenches
+from .util import capacity
+from .util.devices import side_by_side
+
+SHADES = 2.0**40  # that a pixel can have, where its shades are summed as whole numbers
 
 
 def render_at_rest(body: Body, views: Views, resolution: int) -> Tensor:
@@ -61,42 +65,51 @@ def likeness(images: np.ndarray, others: np.ndarray) -> np.ndarray:
     return (images & others).sum((1, 2)) / (images | others).sum((1, 2))
 
 
-def soften(images: Tensor, softness_px: float) -> Tensor:
-    """Images `(..., H, W)` blurred by a Gaussian of `softness_px` pixels (0: as they are), 0 beyond the border."""
-    if softness_px <= 0:
+def soften(images: Tensor, softness_px: float | Tensor) -> Tensor:
+    """Images `(..., H, W)` blurred by a Gaussian of `softness_px` pixels (0: as they are), 0 beyond the border.
+
+    A softness in a tensor `()` must not be 0; it may change between plays of what was recorded with it.
+    """
+    if not isinstance(softness_px, Tensor) and softness_px <= 0:
         return images
-    reach = min(int(np.ceil(3 * softness_px)), images.shape[-1] - 1)
-    steps = torch.arange(-reach, reach + 1, dtype=images.dtype, device=images.device)
-    kernel = torch.exp(-0.5 * (steps / softness_px) ** 2)
-    kernel = kernel / kernel.sum()
     if dispatch.compiled(images.device) and not images.requires_grad:
         from .kernels import blur
 
+        kernel = _gaussian(min(int(np.ceil(3 * softness_px)), images.shape[-1] - 1), softness_px, images).numpy()
         sharp = images.reshape(-1, *images.shape[-2:]).contiguous()
         across, soft = torch.zeros_like(sharp), torch.zeros_like(sharp)
-        dispatch.in_parallel(blur.along_rows, sharp.numpy(), kernel.numpy(), across.numpy())
-        dispatch.in_parallel(blur.along_columns, across.numpy(), kernel.numpy(), soft.numpy())
+        dispatch.in_parallel(blur.along_rows, sharp.numpy(), kernel, across.numpy())
+        dispatch.in_parallel(blur.along_columns, across.numpy(), kernel, soft.numpy())
         return soft.view(images.shape)
-    soft = images.reshape(-1, 1, *images.shape[-2:])
-    soft = functional.conv2d(soft, kernel[None, None, None, :], padding=(0, reach))
-    return functional.conv2d(soft, kernel[None, None, :, None], padding=(reach, 0)).view(images.shape)
+    # along a line it is a product with a matrix whose rows are the Gaussian, cut off at the border
+    width = images.shape[-1]
+    kernel = _gaussian(width - 1, softness_px, images)
+    down, across = (pad(kernel, (n - width, n - width)).unfold(0, n, 1).flip(0) for n in images.shape[-2:])
+    return down @ images @ across
 
 
-def _cuts(first: Tensor, last: Tensor, resolution: int):
-    """For each edge the pixel lines whose centres lie in [first, last): the edges' indices and the lines."""
+def _gaussian(reach: int, softness_px: float | Tensor, like: Tensor) -> Tensor:
+    """`(2 * reach + 1,)`, 0 beyond three times the softness, of sum 1."""
+    steps = torch.arange(-reach, reach + 1, dtype=like.dtype, device=like.device)
+    kernel = torch.exp(-0.5 * (steps / softness_px) ** 2)
+    kernel = torch.where(steps.abs() < 3 * softness_px + 1, kernel, 0)
+    return kernel / kernel.sum()
+
+
+def _cuts(first: Tensor, last: Tensor, resolution: int, cut: Tensor | None = None, name: str = "cuts"):
+    """For each edge that is to be `cut` the pixel lines whose centres lie in [first, last): the edges' indices, the
+    lines, and which of them are real, see `util.capacity`."""
     low = (torch.minimum(first, last) - 0.5).ceil().clamp(0, resolution).long()
     high = (torch.maximum(first, last) - 0.5).ceil().clamp(0, resolution).long()
-    counts = high - low
-    edge = torch.repeat_interleave(counts)
-    return edge, torch.arange(len(edge), device=edge.device) - (counts.cumsum(0) - counts - low)[edge]
+    return capacity.ranges(low, capacity.only(cut, high - low), name)
 
 
-def _cross(across: Tensor, along: Tensor, edge: Tensor, line: Tensor):
+def _cross(across: Tensor, along: Tensor, edge: Tensor, line: Tensor, real: Tensor | None):
     """Where edges cut pixel lines: parameter on the edge in [0, 1], coordinate across, slope d across / d along."""
     start, span = along[edge, 0], (along[:, 1] - along[:, 0])[edge]
-    parameter = (line + 0.5 - start) / span
+    parameter = capacity.only(real, (line + 0.5 - start) / span)
     rise = (across[:, 1] - across[:, 0])[edge]
-    return parameter, across[edge, 0] + parameter * rise, rise / span
+    return parameter, across[edge, 0] + parameter * rise, capacity.only(real, rise / span)
 
 
 class _Contours:
@@ -105,13 +118,13 @@ class _Contours:
     def __init__(self, outlines, rotation, translation, views, resolution):
         self.views, self.n = len(views.width), resolution
         pixels, self.depth = project(outlines, rotation, translation, views, resolution)
-        self.view, self.edge, self.sign = contour_edges(outlines, rotation, translation, views)
+        self.view, self.edge, self.sign, self.real = contour_edges(outlines, rotation, translation, views)
         ends = pixels.view(-1, 2)[(self.view * pixels.shape[1])[:, None] + outlines.edges[self.edge, :2]]
         self.u, self.v = ends[..., 0], ends[..., 1]
-        self.cut, self.row = _cuts(self.v[:, 0], self.v[:, 1], resolution)
-        self.parameter, self.x, self.slope = _cross(self.u, self.v, self.cut, self.row)
+        self.cut, self.row, real = _cuts(self.v[:, 0], self.v[:, 1], resolution, self.real, "cuts with rows")
+        self.parameter, self.x, self.slope = _cross(self.u, self.v, self.cut, self.row, real)
         # +1 enters the silhouette to the right
-        self.turn = torch.where(self.v[:, 1] > self.v[:, 0], self.sign, -self.sign)[self.cut]
+        self.turn = capacity.only(real, torch.where(self.v[:, 1] > self.v[:, 0], self.sign, -self.sign)[self.cut])
 
     def inside(self) -> Tensor:
         """`(K, H, W)` bool, where the winding number about the pixels' centres is positive."""
@@ -127,27 +140,30 @@ class _Render(torch.autograd.Function):
     def forward(ctx, rotation, translation, outlines, views, n):
         lines = _Contours(outlines, rotation, translation, views, n)
         view, u, v = lines.view, lines.u, lines.v
-        inside = lines.inside()
-        image = inside.to(rotation.dtype)
 
         # shade the pixel pairs that a contour runs between: along rows for steep edges, along columns for flat ones
         steep = (v[:, 1] - v[:, 0]).abs() >= (u[:, 1] - u[:, 0]).abs()
-        rows = steep[lines.cut].nonzero()[:, 0]
-        cut = lines.cut[rows]
-        passed = [(cut, lines.parameter[rows], lines.slope[rows])]
-        pairs = [_pairs(inside, view, cut, lines.row[rows], lines.x[rows], lines.turn[rows], 1)]
-        flat = (~steep).nonzero()[:, 0]
-        cut, column = _cuts(u[flat, 0], u[flat, 1], n)
-        cut = flat[cut]
-        parameter, y, slope = _cross(v, u, cut, column)
-        turn = torch.where(u[:, 1] > u[:, 0], -lines.sign, lines.sign)[cut]  # +1 enters the silhouette downwards
-        passed.append((cut, parameter, slope))
-        pairs.append(_pairs(inside, view, cut, column, y, turn, 0))
+        with side_by_side(rotation.device, "axes") as aside:
+            with aside():
+                flat = ~steep if lines.real is None else ~steep & lines.real
+                cut, column, real = _cuts(u[:, 0], u[:, 1], n, flat, "cuts with columns")
+                parameter, y, slope = _cross(v, u, cut, column, real)
+                down = torch.where(u[:, 1] > u[:, 0], -lines.sign, lines.sign)[cut]  # +1 enters downwards
+            inside = lines.inside()
+            turn = torch.where(steep[lines.cut], lines.turn, 0)
+        with side_by_side(rotation.device, "axes") as aside:
+            with aside():
+                along_columns = _pairs(inside, view, cut, column, y, capacity.only(real, down), 0)
+            along_rows = _pairs(inside, view, lines.cut, lines.row, lines.x, turn, 1)
+        passed = [(lines.cut, lines.parameter, lines.slope), (cut, parameter, slope)]
+        pairs = [along_rows, along_columns]
 
-        saved = []
+        # in whole steps, whose sum does not depend on the order in which a GPU takes them
+        shades, saved = torch.zeros(inside.numel(), dtype=torch.int64, device=inside.device), []
         for (kept, pixel, shade, rising), (cut, parameter, slope) in zip(pairs, passed, strict=True):
-            image.view(-1).index_add_(0, pixel, shade)
+            shades.index_add_(0, pixel, (shade * SHADES).round().long())
             saved.append((cut[kept], pixel, rising, parameter[kept], slope[kept]))
+        image = inside + (shades.to(rotation.dtype) / SHADES).view(inside.shape)
         ctx.scene = (outlines, views, n, view, lines.edge, saved, lines.depth)
         ctx.save_for_backward(rotation, translation, image)
         return image.clamp(0, 1)
@@ -159,8 +175,8 @@ class _Render(torch.autograd.Function):
         upstream = torch.where((image < 0) | (image > 1), 0, upstream).reshape(-1)
         right, up = views.axes[:, 0], views.axes[:, 1]
         scale = n / views.width[:, None]
-        total = torch.zeros(outlines.count, 4, 3, dtype=rotation.dtype, device=rotation.device)
-        for axis, (cut, pixel, rising, parameter, slope) in enumerate(saved):
+
+        def pulled(axis, cut, pixel, rising, parameter, slope):
             k, vertex = view[cut], outlines.edges[edge[cut], :2]
             if depth is not None:  # the 2D parameter runs faster where the edge is near
                 d0, d1 = depth[k, vertex[:, 0]], depth[k, vertex[:, 1]]
@@ -174,8 +190,13 @@ class _Render(torch.autograd.Function):
                 du, dv = _perspective_jacobian(views, n, k, point, rotation[body], translation[body], du, dv)
             moved = du - slope[:, None] * dv if axis == 0 else dv - slope[:, None] * du
             force = (upstream[pixel] * rising)[:, None] * moved
-            total += wrenches.gather(outlines.count, body, point, force)
-        return *wrenches.gradients(total), None, None, None
+            return wrenches.gather(outlines.count, body, point, force)
+
+        with side_by_side(rotation.device, "axes") as aside:
+            with aside():
+                along_columns = pulled(1, *saved[1])
+            along_rows = pulled(0, *saved[0])
+        return *wrenches.gradients(along_rows + along_columns), None, None, None
 
 
 def _drawn(rotation, translation, outlines, views, n):
@@ -235,8 +256,9 @@ def _perspective_jacobian(views, n, k, point, rotation, translation, du, dv):
 def _pairs(inside: Tensor, view: Tensor, cut: Tensor, line: Tensor, place: Tensor, turn: Tensor, axis: int):
     """Neighbouring pixels that a contour runs between, with the shade that the outermost crossing leaves.
 
-    axis 1: neighbours along a row (`line` is the row), 0: along a column. Returns which cuts are outermost, the pixel
-    that each one shades (flat index), by how much, and the sign of d shade / d place.
+    turn : +1 where the silhouette is entered, -1 where it is left, 0 for cuts that do not count. axis 1: neighbours
+    along a row (`line` is the row), 0: along a column. Returns which cuts are outermost, the pixel that each one shades
+    (flat index), by how much, and the sign of d shade / d place; no shade and no sign for what is not real.
     """
     n = inside.shape[1]
     first = (place - 0.5).floor().long()
@@ -245,16 +267,18 @@ def _pairs(inside: Tensor, view: Tensor, cut: Tensor, line: Tensor, place: Tenso
     step, base = (1, (k * n + line) * n + safe) if axis == 1 else (n, (k * n + safe) * n + line)
     flat = inside.reshape(-1)
     before, after = flat[base], flat[base + step]
-    kept = (valid & torch.where(turn > 0, after & ~before, before & ~after)).nonzero()[:, 0]
+    kept = valid & torch.where(turn > 0, after & ~before, before & ~after) & (turn != 0)
+    kept, real = capacity.found(kept, f"cuts along contours, axis {axis}")
     base, place, entering = base[kept], (place - 0.5 - first)[kept], turn[kept] > 0
     reach = torch.where(entering, 1 - place, place)  # from the inner pixel's centre, in pixels
 
     order = torch.arange(len(kept), device=kept.device)
     rank = (reach.double() * 2**30).long() * 2**32 + order  # the outermost wins, one winner for each pair
     best = torch.full((flat.numel(),), -1, dtype=torch.int64, device=kept.device)
-    best.scatter_reduce_(0, base, rank, "amax")
-    won = (best[base] == rank).nonzero()[:, 0]
+    best.scatter_reduce_(0, base, rank if real is None else torch.where(real, rank, -1), "amax")
+    won, real = capacity.found(capacity.only(real, best[base] == rank), f"pixels along contours, axis {axis}")
     kept, base, reach, entering = kept[won], base[won], reach[won], entering[won]
     on_inner = reach < 0.5
     pixel = torch.where(on_inner == entering, base + step, base)
-    return kept, pixel, reach - 0.5, torch.where(entering, -1.0, 1.0).to(reach.dtype)
+    rising = torch.where(entering, -1.0, 1.0).to(reach.dtype)
+    return kept, pixel, capacity.only(real, reach - 0.5), capacity.only(real, rising)

@@ -11,7 +11,7 @@ from rasp_core.exact.certificate import certify
 from rasp_core.geometry import containers
 from rasp_core.kernels import dispatch
 from rasp_core.objective import LOSS_NAMES
-from rasp_core.optimizer import init, optimize, optimize_many, run, step
+from rasp_core.optimizer import optimize, optimize_many
 from rasp_core.poses import Poses
 from rasp_core.problem import Problem, Settings
 from rasp_core.util.errors import InputError
@@ -131,20 +131,6 @@ def test_starts_and_targets_that_do_not_fit_are_refused(problem):
         optimize_many(problem, [], QUICK)
 
 
-def test_optimize_is_init_and_a_step_for_each_iteration(problem):
-    start = Poses.random(problem.bodies, BOX, QUICK.seed)
-    state = init(problem, QUICK, start, problem.scene(viewing_volume=QUICK.viewing_volume))
-    steps = [step(state) for _ in range(3)]
-    assert [found.iteration for found in steps] == [0, 1, 2]
-    assert torch.allclose(steps[0].rotation, start.rotation, atol=1e-6)
-    assert not run(state)
-    assert state.iteration == QUICK.iterations
-    whole = optimize(problem, QUICK, start)
-    assert torch.equal(state.variables.poses()[1].detach().double(), whole.translation)
-    assert np.array_equal(torch.stack(state.history).numpy(), whole.history)
-    assert (whole.bodies, whole.container) == (problem.bodies, BOX)
-
-
 @pytest.mark.parametrize("name", dispatch.ENGINES)
 def test_many_starts_at_once_are_each_as_alone(name):
     """All terms, contact included; 5 objects, 3 starts."""
@@ -190,11 +176,3 @@ def test_shadows_pull_back_what_is_out_of_the_box_but_in_the_picture(viewing_vol
     run = optimize(Problem(bodies, BOX), settings, start)
     assert (run.translation[0, 0] < 0.15) == comes_back
     assert run.cameras[0].width == pytest.approx(1.1 * 0.3), "drawn close about the container all the same"
-
-
-def test_pulls_are_noted_every_tenth_iteration(problem):
-    run = optimize(problem, Settings(iterations=21, query_points=2000, resolution=32))
-    assert run.pulls.shape == (3, 4)
-    assert (run.pulls[:, 0] > 0).all()
-    assert run.pulls[0, 1] > 0, "random poses overlap"
-    assert (run.pulls[:, 3] == 0).all()

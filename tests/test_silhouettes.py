@@ -168,7 +168,7 @@ def test_cost_follows_the_contours_not_bodies_times_pixels(two_balls):
     cuts = []
     for resolution in (128, 256):
         pixels, _ = project(outlines, identity, place, views, resolution)
-        view, edge, _ = contour_edges(outlines, identity, place, views)
+        view, edge, _, _ = contour_edges(outlines, identity, place, views)
         ends = pixels[view[:, None], outlines.edges[edge, :2]]
         cuts.append(len(silhouettes._cuts(ends[:, 0, 1], ends[:, 1, 1], resolution)[0]))
     assert cuts[1] == pytest.approx(2 * cuts[0], rel=0.02)

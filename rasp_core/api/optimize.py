@@ -12,7 +12,7 @@ from ..exact.certificate import certify
 from ..geometry.cameras import Camera
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
-from ..optimizer import Step
+from ..iteration import Step
 from ..optimizer import optimize as run
 from ..poses import Poses
 from ..problem import Problem, Settings

@@ -41,6 +41,7 @@ class Container:
         self.size = size
         self.directions = directions
         self._stacks: dict[tuple, sdf.GridStack] = {}
+        self._lengths: dict[tuple, Tensor] = {}
 
     @property
     def volume(self) -> float:
@@ -75,15 +76,14 @@ class Container:
         Exact for a box; for a mesh from its grid, as accurate as `sdf.GridStack.sample`.
         """
         if self.size is None:
-            centre = torch.as_tensor(self.body.centre, dtype=points.dtype, device=points.device)
             first = torch.zeros(len(points), dtype=torch.int64, device=points.device)
-            return self._stack(points.device, points.dtype).sample(first, points - centre)
-        half = torch.as_tensor(self.size / 2, dtype=points.dtype, device=points.device)
+            return self._stack(points.device, points.dtype).sample(first, points - self._kept(self.body.centre, points))
+        half = self._kept(self.size / 2, points)
         beyond = points.abs() - half
         outside = beyond.clamp(min=0)
         distance = outside.norm(dim=1)
         deepest, axis = beyond.max(1)
-        inner = torch.nn.functional.one_hot(axis, 3).to(points.dtype)
+        inner = (axis[:, None] == torch.arange(3, device=points.device)).to(points.dtype)
         gradient = torch.where((deepest > 0)[:, None], outside / distance.clamp(min=1e-30)[:, None], inner)
         return torch.where(deepest > 0, distance, deepest), gradient * torch.where(points < 0, -1.0, 1.0)
 
@@ -98,6 +98,12 @@ class Container:
             grid = sdf.bake_cached(self.body, cells=96, padding=16)
             self._stacks[device, dtype] = sdf.GridStack([grid], device, dtype)
         return self._stacks[device, dtype]
+
+    def _kept(self, lengths: np.ndarray, like: Tensor) -> Tensor:
+        """The same lengths in every call, as a tensor like another; on a GPU they are sent there once."""
+        if (like.device, like.dtype) not in self._lengths:
+            self._lengths[like.device, like.dtype] = torch.as_tensor(lengths, dtype=like.dtype, device=like.device)
+        return self._lengths[like.device, like.dtype]
 
     def random_points(self, count: int, generator: torch.Generator) -> Tensor:
         """`(count, 3)` float32 points uniform inside, on the CPU."""

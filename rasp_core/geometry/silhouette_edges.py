@@ -9,6 +9,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from ..util import capacity
 from .cameras import Camera
 from .meshes import Body, SolidKey
 
@@ -76,8 +77,9 @@ def project(outlines: Outlines, rotation: Tensor, translation: Tensor, views: Vi
     Depth is the distance before the eye over that of the image plane; None where all views are orthographic.
     """
     body = outlines.vertex_body
-    world = (rotation[body] @ outlines.vertices[:, :, None])[:, :, 0] + translation[body]
-    local = torch.einsum("kij,kvj->kvi", views.axes, world[None] - views.centre[:, None])
+    # sums of products, as libraries are slow to multiply many small matrices
+    world = (rotation[body] * outlines.vertices[:, None]).sum(-1) + translation[body]
+    local = ((world - views.centre[:, None])[:, :, None] * views.axes[:, None]).sum(-1)
     depth = None
     plane = local[..., :2]
     if views.any_perspective:
@@ -94,14 +96,16 @@ def eye_distance(views: Views) -> Tensor:
 
 
 def contour_edges(outlines: Outlines, rotation: Tensor, translation: Tensor, views: Views):
-    """Contour edges over all views: view `(C,)`, edge `(C,)`, sign `(C,)` (+1 where the left face is in front)."""
+    """Contour edges over all views: view `(C,)`, edge `(C,)`, sign `(C,)` (+1 where the left face is in front), and
+    which of them are real, see `util.capacity`."""
     # the eye in each body's frame, homogeneous: a face looks at it where normal . eye > offset
     place, weight = views.eye[:, None, :3], views.eye[:, None, 3:]
     eye = ((place - weight * translation)[:, :, None, :] @ rotation)[:, :, 0]
     seen = (outlines.normals * eye[:, outlines.face_body]).sum(-1) > weight[..., 0] * outlines.offsets
     left, right = seen[:, outlines.edges[:, 2]], seen[:, outlines.edges[:, 3]]
-    view, edge = (left != right).nonzero(as_tuple=True)
-    return view, edge, left[view, edge].to(torch.int32) * 2 - 1
+    place, real = capacity.found((left != right).flatten(), "contour edges")
+    view, edge = torch.div(place, left.shape[1], rounding_mode="floor"), place % left.shape[1]
+    return view, edge, left[view, edge].to(torch.int32) * 2 - 1, real
 
 
 @lru_cache(maxsize=1024)

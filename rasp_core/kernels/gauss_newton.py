@@ -1,7 +1,7 @@
 """How bodies in contact push each other: energy, forces and stiffness, compiled by numba at first use.
 
-The energy is `contact.contact`'s: `sum over surface samples of area * depth^2`. Its Gauss-Newton system has a 6 x 6
-block for each body (a shift, then a turn about its centre) and for each pair that touches. Samples lie in blocks,
+The energy is that of `surface_contact`, `sum over surface samples of area * depth^2`. Its Gauss-Newton system has a
+6 x 6 block for each body (a shift, then a turn about its centre) and for each pair that touches. Samples lie in blocks,
 balls of a few of them: a block further from a body than its radius is passed over. Arrays only, no tensors; `samples`
 as `packing.contact_solver._in_blocks` has them, grids and walls as in `grid`.
 """

@@ -16,6 +16,8 @@ from torch import Tensor
 
 from . import dispatch
 
+SMALLEST = 1e-200  # force that differs from none
+
 
 def loss(rotation: Tensor, translation: Tensor, compiled: Callable, plain: Callable) -> Tensor:
     """A loss, differentiable in the poses, by compiled loops or in plain torch, as `dispatch` chooses.
@@ -83,9 +85,17 @@ def gather(count: int, body: Tensor, point: Tensor, force: Tensor) -> Tensor:
     """Sum forces and their moments for each body: `(count, 4, 3)`, row 0 the force, rows 1-3 point (outer) force.
 
     body `(M,)` int64, point and force `(M, 3)` in one frame.
+
+    Summed in whole steps, as small as 64 bits allow, so that the order in which a GPU adds does not matter.
     """
     rows = torch.cat([force, (point[:, :, None] * force[:, None, :]).flatten(1)], 1)
-    return torch.zeros(count, 12, dtype=force.dtype, device=force.device).index_add_(0, body, rows).view(count, 4, 3)
+    if not len(rows):
+        return rows.new_zeros(count, 4, 3)
+    bits = rows.abs().amax().double().clamp(min=SMALLEST).log2().ceil() + len(rows).bit_length()
+    step = torch.exp2(bits - 62)
+    whole = torch.zeros(count, 12, dtype=torch.int64, device=rows.device)
+    whole.index_add_(0, body, (rows / step).round().long())
+    return (whole * step).to(rows.dtype).view(count, 4, 3)
 
 
 def gradients(wrench_world: Tensor) -> tuple[Tensor, Tensor]:

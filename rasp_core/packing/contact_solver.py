@@ -69,7 +69,7 @@ class Relaxation:
         start that is above its step's is given up, and after K steps all end. weight `(N,)` : by the mean of which what
         two bodies share counts, 1 if None.
 
-        The energy is `contact.contact`'s, the sum over surface samples of area times depth squared.
+        The energy is `surface_contact.contact`'s, the sum over surface samples of area times depth squared.
         """
         from ..kernels.levenberg_marquardt import relax
 

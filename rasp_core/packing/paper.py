@@ -7,8 +7,8 @@ departs from the text so:
 
 - every round goes on from the poses of the round before instead of from new random ones;
 - what is dropped is chosen: the objects that share the most volume with others, for their own volume (by booleans);
-- from the second round on surface contact (`contact.contact`) helps Eq. 4, as it sees overlaps thinner than the spacing
-  of the query points; a last stage takes the rest away, under weaker shadows (`separation`);
+- from the second round on contact of surfaces (`kernels.surface_contact`) helps Eq. 4, as it sees overlaps thinner than
+  the spacing of the query points; a last stage takes the rest away, under weaker shadows (`separation`);
 - what is added starts where, of some rotations and all positions, it shares the least volume with the others, now and
   then for a smaller object that is taken out (`growth`).
 """
@@ -121,7 +121,7 @@ class _Run:
 
     def search(self) -> Packing:
         """Objects dropped and added until N = N_max."""
-        separation = Separation(self.pool, self.container, self.settings, self.device, self.spent, shadows=True)
+        separation = Separation(self.pool, self.container, self.settings, torch.device("cpu"), self.spent, shadows=True)
         interrupted = False
         try:
             self._descend()
@@ -195,7 +195,9 @@ class _Run:
 
     def _round(self, settings: Settings) -> Arrangement:
         problem = Problem(self.layout.bodies(self.pool), self.container)
-        run = optimize(problem, settings, self.layout.poses, self.device, callback=self._after_step)
+        # a GPU is quick where nothing has to be looked up between iterations, as what may come into contact has
+        device = "cpu" if settings.contact_weight else self.device
+        run = optimize(problem, settings, self.layout.poses, device, callback=self._after_step)
         self.layout = Layout(self.layout.chosen, run.poses)
         self.histories.append(run.history)
         self.pulls.append(run.pulls)

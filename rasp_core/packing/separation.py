@@ -19,7 +19,8 @@ from ..geometry.cameras import Camera
 from ..geometry.containers import MARGIN, Container
 from ..geometry.meshes import Body
 from ..geometry.sdf import GridStack
-from ..optimizer import Step, init, run
+from ..iteration import Step, init
+from ..optimizer import run
 from ..poses import Poses
 from ..problem import Problem, Settings
 from ..scene import Scene

@@ -11,8 +11,9 @@ import trimesh
 from ..exact.certificate import certify
 from ..geometry.meshes import Body
 from ..geometry.surface_points import surface_points
+from ..iteration import PULLS_EVERY, Step
 from ..objective import LOSS_NAMES
-from ..optimizer import PULLS_EVERY, Arrangement, Step, optimize
+from ..optimizer import Arrangement, optimize
 from ..packing import initialization, methods
 from ..poses import file_to_world, to_world
 from ..problem import Problem, Settings

@@ -21,7 +21,11 @@ class Adam:
     def __init__(self, parameters: Sequence[Tensor]):
         self.parameters = list(parameters)
         self.states = [
-            {"step": torch.tensor(0.0), "exp_avg": torch.zeros_like(p), "exp_avg_sq": torch.zeros_like(p)}
+            {
+                "step": torch.tensor(0.0, device=p.device),
+                "exp_avg": torch.zeros_like(p),
+                "exp_avg_sq": torch.zeros_like(p),
+            }
             for p in self.parameters
         ]
 
@@ -30,9 +34,16 @@ class Adam:
         for parameter in self.parameters:
             parameter.grad = None
 
+    def tensors(self) -> list[Tensor]:
+        """All that a step changes: parameters, moments, and how many steps were made."""
+        return self.parameters + [value for state in self.states for value in state.values()]
+
     @torch.no_grad()
-    def step(self, rates: Sequence[float]) -> None:
-        """Move the parameters down their gradients, each at a rate of its own; one without a gradient stays."""
+    def step(self, rates: Sequence[float | Tensor]) -> None:
+        """Move the parameters down their gradients, each at a rate of its own; one without a gradient stays.
+
+        Rates in tensors are for a GPU, where they may change between plays of a recorded step.
+        """
         for parameter, state, rate in zip(self.parameters, self.states, rates, strict=True):
             if parameter.grad is None:
                 continue
@@ -44,6 +55,7 @@ class Adam:
                 [],
                 [state["step"]],
                 amsgrad=False,
+                capturable=parameter.is_cuda,
                 beta1=BETAS[0],
                 beta2=BETAS[1],
                 lr=rate,

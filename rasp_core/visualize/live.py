@@ -17,8 +17,9 @@ from .. import losses, query_points
 from ..exact.certificate import Certificate, certify
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
+from ..iteration import Step
 from ..objective import LOSS_NAMES
-from ..optimizer import Step, optimize
+from ..optimizer import optimize
 from ..poses import Poses, file_to_world
 from ..problem import Problem, Settings
 from ..scene import Scene

@@ -4,7 +4,8 @@ import pytest
 import torch
 from cases import PAPER, case
 
-from rasp_core import contact, losses, objective, optimizer, query_points, silhouettes
+from rasp_core import losses, objective, optimizer, query_points, silhouettes
+from rasp_core.kernels import surface_contact
 from rasp_core.problem import Settings
 
 ROUNDS = 20  # iterations in a row
@@ -87,7 +88,13 @@ def test_contact_and_gradient(poses, benchmark):
     scene, *place = poses
     near = objective.find_neighbours(scene, *place, Settings())
     benchmark(
-        contact.contact, scene.stack, scene.samples, near, scene.container, *place, torch.zeros_like(scene.radius)
+        surface_contact.contact,
+        scene.stack,
+        scene.samples,
+        near,
+        scene.container,
+        *place,
+        torch.zeros_like(scene.radius),
     )
 
 

@@ -4,9 +4,9 @@ import pytest
 import torch
 
 from data_fetch import cad_like, kitchen_like, torus
-from rasp_core import contact, losses, poses
+from rasp_core import losses, poses
 from rasp_core.geometry import containers
-from rasp_core.kernels import dispatch
+from rasp_core.kernels import dispatch, surface_contact
 from rasp_core.objective import find_neighbours
 from rasp_core.problem import Settings
 from rasp_core.scene import Scene
@@ -82,7 +82,7 @@ def test_contact(container, starts):
     margin = torch.linspace(0, 2e-3, 9, dtype=torch.float64)
 
     def loss(r, t):
-        return contact.contact(scene.stack, scene.samples, near, container, r, t, margin)
+        return surface_contact.contact(scene.stack, scene.samples, near, container, r, t, margin)
 
     compiled, plain = both_engines(loss, turns, place)
     assert compiled[0].shape == starts

@@ -3,8 +3,8 @@
 import pytest
 import torch
 
-from rasp_core import contact, losses, poses, query_points, silhouettes
-from rasp_core.kernels import dispatch
+from rasp_core import losses, poses, query_points, silhouettes
+from rasp_core.kernels import dispatch, surface_contact
 from rasp_core.objective import find_neighbours
 from rasp_core.problem import Settings
 from rasp_core.util.errors import InputError
@@ -61,7 +61,7 @@ def test_results_do_not_depend_on_the_number_of_threads(crowd):
             torch.set_num_threads(threads)
             centre = place.clone().requires_grad_()
             value = losses.overlap(scene.stack, scene.half, rotation, centre, lattice)
-            touch = contact.contact(
+            touch = surface_contact.contact(
                 scene.stack, scene.samples, near, scene.container, rotation, centre, torch.zeros(12).double()
             )
             image = silhouettes.render(scene.outlines, rotation, centre, scene.views, 128)

@@ -5,10 +5,11 @@ import pytest
 import torch
 import trimesh
 
-from rasp_core import contact, poses
+from rasp_core import poses
 from rasp_core.geometry import containers
 from rasp_core.geometry.containers import Container
 from rasp_core.geometry.meshes import make_body
+from rasp_core.kernels import surface_contact
 from rasp_core.kernels.gauss_newton import system
 from rasp_core.packing.contact_solver import _in_blocks
 
@@ -106,9 +107,9 @@ def test_the_pull_is_half_the_energys_slope(case):
 
 def test_the_energy_is_that_of_the_contact_term(case):
     scene, room, rotation, translation, _ = case
-    near = contact.neighbours(
+    near = surface_contact.neighbours(
         scene.stack, scene.samples, scene.half, rotation, translation, room, reach=0.01 + 2 * MARGIN
     )
     margin = torch.full((len(scene.bodies),), MARGIN, dtype=torch.float64)
-    energy = contact.contact(scene.stack, scene.samples, near, room, rotation, translation, margin)
+    energy = surface_contact.contact(scene.stack, scene.samples, near, room, rotation, translation, margin)
     assert solved(case, weighed=False)[0] == pytest.approx(energy.item(), rel=1e-5)

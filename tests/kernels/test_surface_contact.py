@@ -4,8 +4,9 @@ import pytest
 import torch
 from oracles import numeric_force, total_force
 
-from rasp_core import contact, poses
+from rasp_core import poses
 from rasp_core.geometry import containers
+from rasp_core.kernels import surface_contact
 from rasp_core.objective import find_neighbours
 from rasp_core.problem import Settings
 from rasp_core.scene import Scene
@@ -20,7 +21,7 @@ def test_contact_is_the_naive_sum_and_its_gradient_exact(crowd):
     near = find_neighbours(scene, rotation, translation, Settings(contact_margin=1e-3))
 
     def loss(rotation, place):
-        return contact.contact(scene.stack, scene.samples, near, BOX, rotation, place, margin)
+        return surface_contact.contact(scene.stack, scene.samples, near, BOX, rotation, place, margin)
 
     samples = scene.samples
     own = torch.repeat_interleave(samples.count)
@@ -43,6 +44,6 @@ def test_an_overlap_thinner_than_the_query_points_spacing_is_seen(two_balls):
     place = torch.tensor([[-0.99, 0, 0], [0.99, 0, 0]], dtype=torch.float64, requires_grad=True)
     near = find_neighbours(scene, turn, place.detach(), Settings())
     margin = torch.zeros(2, dtype=torch.float64)
-    contact.contact(scene.stack, scene.samples, near, room, turn, place, margin).backward()
+    surface_contact.contact(scene.stack, scene.samples, near, room, turn, place, margin).backward()
     assert place.grad[0, 0] > 0 > place.grad[1, 0]
     assert place.grad[:, 1:].abs().max() < 0.3 * place.grad[0, 0]

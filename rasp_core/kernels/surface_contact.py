@@ -8,12 +8,11 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from .geometry.containers import Container
-from .geometry.sdf import NEAR, GridStack
-from .geometry.surface_samples import SurfaceSamples
-from .kernels import dispatch, wrenches
-from .poses import to_world
-from .query_points import ranges
+from ..geometry.containers import Container
+from ..geometry.sdf import NEAR, GridStack
+from ..geometry.surface_samples import SurfaceSamples
+from ..util import capacity
+from . import dispatch, wrenches
 
 CHUNKS = 8  # that the compiled loops do one by one, so that the sums do not depend on the number of threads
 
@@ -56,14 +55,14 @@ def _neighbours(stack, samples, half, rotation, translation, container, reach, m
         first, second = _touching_boxes(half[again], rotation, translation, bodies, reach).nonzero(as_tuple=True)
         moves = again < movers
         first, second = first[moves[first] | moves[second]], second[moves[first] | moves[second]]
-        pair, sample = ranges(samples.start[again[first]], samples.count[again[first]])
+        pair, sample, _ = capacity.ranges(samples.start[again[first]], samples.count[again[first]], "samples")
         # the sampled body seen from the other's frame
         back = rotation[second].transpose(1, 2)
         turn, shift = back @ rotation[first], (back @ (translation[first] - translation[second])[:, :, None])[:, :, 0]
         local = (turn[pair] @ samples.points[sample][:, :, None])[:, :, 0] + shift[pair]
         other = second[pair]
         upright = (rotation[other].abs() @ half[again[other]][:, :, None])[:, :, 0]
-        offset = to_world(rotation, translation, first[pair], samples.points[sample]) - translation[other]
+        offset = _placed(rotation, translation, first[pair], samples.points[sample]) - translation[other]
         within = (local.abs() < half[again[other]] + reach) & (offset.abs() < upright + reach)
         near = within.all(1).nonzero()[:, 0]
         pair, sample, local, other = pair[near], sample[near], local[near], other[near]
@@ -73,15 +72,17 @@ def _neighbours(stack, samples, half, rotation, translation, container, reach, m
 
         close = container.signed_distance(translation)[0] + half.norm(dim=1)[again] > -reach
         close &= moves
-        own, sample = ranges(samples.start[again], torch.where(close, samples.count[again], 0))
-        distance, _ = container.signed_distance(to_world(rotation, translation, own, samples.points[sample]))
+        own, sample, _ = capacity.ranges(
+            samples.start[again], torch.where(close, samples.count[again], 0), "samples by walls"
+        )
+        distance, _ = container.signed_distance(_placed(rotation, translation, own, samples.points[sample]))
         near = (distance > -reach).nonzero()[:, 0]
         by_wall = torch.stack([sample[near], own[near], torch.full_like(near, -1)], 1)
     return Neighbours(touching.int(), by_wall.int())
 
 
 def _neighbours_by_compiled_loops(stack, samples, half, rotation, translation, container, reach, movers) -> Neighbours:
-    from .kernels import contact as loops
+    from . import contact as loops
 
     wall, points = container.arrays(rotation.dtype), samples.points.numpy()
     first = np.append(samples.start.numpy(), len(points))
@@ -121,7 +122,7 @@ def contact(
         return _contact(stack, samples, near, container, rotation, translation, margin)
 
     def compiled(rotation, translation):
-        from .kernels import contact as loops
+        from . import contact as loops
 
         wall, points, area = container.arrays(samples.points.dtype), samples.points.numpy(), samples.area.numpy()
         sums = np.zeros((CHUNKS, translation.shape[0] * translation.shape[1], 13))
@@ -140,7 +141,7 @@ def _contact(stack, samples, near, container, rotation, translation, margin) -> 
     turn, place = rotation.reshape(-1, 3, 3), translation.reshape(-1, 3)
     sample, own, other = near.touching.long().unbind(1)
     point = samples.points[sample]
-    local = ((to_world(turn, place, own, point) - place[other])[:, None, :] @ turn[other])[:, 0]
+    local = ((_placed(turn, place, own, point) - place[other])[:, None, :] @ turn[other])[:, 0]
     distance, slope = stack.sample(other % bodies, local)
     depth = (margin[own % bodies] + margin[other % bodies] - distance).clamp(min=0)
     push = samples.area[sample] * depth
@@ -150,7 +151,7 @@ def _contact(stack, samples, near, container, rotation, translation, margin) -> 
 
     sample, own, _ = near.by_wall.long().unbind(1)
     point = samples.points[sample]
-    distance, normal = container.signed_distance(to_world(turn, place, own, point))
+    distance, normal = container.signed_distance(_placed(turn, place, own, point))
     depth = (distance + margin[own % bodies]).clamp(min=0)
     push = samples.area[sample] * depth
     total.index_add_(0, own, push * depth)
@@ -166,3 +167,8 @@ def _touching_boxes(half: Tensor, rotation: Tensor, translation: Tensor, bodies:
     start = torch.arange(len(half), device=half.device) // bodies
     touching = ~apart.any(-1) & (start[:, None] == start[None])
     return touching.fill_diagonal_(False)
+
+
+def _placed(rotation: Tensor, translation: Tensor, body: Tensor, points: Tensor) -> Tensor:
+    """Points `(M, 3)` in the frames of `body` `(M,)`, in the world."""
+    return (rotation[body] @ points[:, :, None])[:, :, 0] + translation[body]
