@@ -14,15 +14,17 @@ from .frames import matrix, rotate
 
 
 @njit(inline="always", error_model="numpy")
-def _placed(r, place, centre, axes, x, y, z):
-    """A body's point in the frame of a view: metres to the right, up and forward of its centre."""
+def _cell(r, place, centre, axes, x, y, z, scale, depth, n, layers):
+    """The column, row and layer before a body's point in a view, by what share it lies beyond, and if it is seen."""
     wx, wy, wz = rotate(r, x, y, z)
     wx, wy, wz = wx + place[0] - centre[0], wy + place[1] - centre[1], wz + place[2] - centre[2]
-    return (
-        axes[0, 0] * wx + axes[0, 1] * wy + axes[0, 2] * wz,
-        axes[1, 0] * wx + axes[1, 1] * wy + axes[1, 2] * wz,
-        axes[2, 0] * wx + axes[2, 1] * wy + axes[2, 2] * wz,
-    )
+    right = axes[0, 0] * wx + axes[0, 1] * wy + axes[0, 2] * wz
+    up = axes[1, 0] * wx + axes[1, 1] * wy + axes[1, 2] * wz
+    forward = axes[2, 0] * wx + axes[2, 1] * wy + axes[2, 2] * wz
+    u, v = right * scale + n / 2 - 0.5, n / 2 - 0.5 - up * scale
+    w = forward * depth + layers / 2 - 0.5 if layers > 1 else 0.0
+    i, j, s = math.floor(u), math.floor(v), math.floor(w)
+    return i, j, s, u - i, v - j, w - s, -1 < u < n and -1 < v < n and -1 < w < layers
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -37,17 +39,12 @@ def splat(worker, workers, points, first, volume, rotation, translation, axes, c
         image = images[job]
         scale, depth = n / widths[k], layers / widths[k]
         for body in range(len(first) - 1):
-            r = matrix(rotation[one], body)
+            r, place = matrix(rotation[one], body), translation[one, body]
             for p in range(first[body], first[body + 1]):
-                right, up, forward = _placed(
-                    r, translation[one, body], centres[k], axes[k], points[p, 0], points[p, 1], points[p, 2]
-                )
-                u, v = right * scale + n / 2 - 0.5, n / 2 - 0.5 - up * scale
-                w = forward * depth + layers / 2 - 0.5 if layers > 1 else 0.0
-                if not (-1 < u < n and -1 < v < n and -1 < w < layers):
+                x, y, z = points[p, 0], points[p, 1], points[p, 2]
+                i, j, s, a, b, c, seen = _cell(r, place, centres[k], axes[k], x, y, z, scale, depth, n, layers)
+                if not seen:
                     continue
-                i, j, s = math.floor(u), math.floor(v), math.floor(w)
-                a, b, c = u - i, v - j, w - s
                 for layer in range(max(s, 0), min(s + 2, layers)):
                     in_layer = volume[body] * (c if layer > s else 1 - c)
                     for row in range(max(j, 0), min(j + 2, n)):
@@ -66,17 +63,12 @@ def pull(worker, workers, upstream, points, first, volume, rotation, translation
         scale, depth = n / widths[k], layers / widths[k]
         force = np.empty(3)
         for body in range(len(first) - 1):
-            r, total = matrix(rotation[one], body), wrench[job, body]
+            r, place, total = matrix(rotation[one], body), translation[one, body], wrench[job, body]
             for p in range(first[body], first[body + 1]):
-                right, up, forward = _placed(
-                    r, translation[one, body], centres[k], axes[k], points[p, 0], points[p, 1], points[p, 2]
-                )
-                u, v = right * scale + n / 2 - 0.5, n / 2 - 0.5 - up * scale
-                w = forward * depth + layers / 2 - 0.5 if layers > 1 else 0.0
-                if not (-1 < u < n and -1 < v < n and -1 < w < layers):
+                x, y, z = points[p, 0], points[p, 1], points[p, 2]
+                i, j, s, a, b, c, seen = _cell(r, place, centres[k], axes[k], x, y, z, scale, depth, n, layers)
+                if not seen:
                     continue
-                i, j, s = math.floor(u), math.floor(v), math.floor(w)
-                a, b, c = u - i, v - j, w - s
                 du, dv, dw = 0.0, 0.0, 0.0
                 for layer in range(max(s, 0), min(s + 2, layers)):
                     for row in range(max(j, 0), min(j + 2, n)):
