@@ -96,6 +96,24 @@ def inline() -> None:
         shell.display_formatter.formatters["image/png"].for_type(Figure, lambda figure: _small(figure, **look))
 
 
+def shown(path: str | Path, wide: int = 950):
+    """A figure's PNG as a notebook keeps it: `wide` pixels at most, and as a JPEG where that is smaller."""
+    from IPython.display import Image as Shown
+    from PIL import Image
+
+    from ..io import palette
+
+    with Image.open(path) as picture:
+        picture = picture.convert("RGB")
+    if picture.width > wide:
+        picture = picture.resize((wide, round(picture.height * wide / picture.width)), Image.Resampling.LANCZOS)
+    jpeg = io.BytesIO()
+    picture.save(jpeg, "JPEG", quality=82, optimize=True)
+    import numpy as np
+
+    return Shown(data=min(jpeg.getvalue(), palette.png(np.asarray(picture)), key=len))
+
+
 def _small(figure: Figure, **options) -> bytes:
     """A PNG in few colours. options : of `savefig`."""
     import numpy as np

@@ -12,9 +12,11 @@ from ..geometry.cameras import Camera
 from ..geometry.meshes import Body
 from ..optimizer import Arrangement
 from .lamplight import Lamp, Surface, picture
+from .scene3d import colours
 
 ROW = ((0.93, 0.42, 0.35), (0.98, 0.74, 0.30), (0.42, 0.74, 0.66), (0.50, 0.60, 0.92))  # the heaps of a row
 PLASTER, WOOD = (0.86, 0.84, 0.80), (0.80, 0.58, 0.36)
+AWAY = 1.25  # of a view's width: how far behind the middle of a heap a wall stands
 WARM, ORANGE = (1.05, 0.92, 0.72), (1.35, 0.62, 0.18)
 
 
@@ -39,9 +41,9 @@ def wall(view: Camera, away: float, right=(-0.5, 0.5), up=(-0.5, 0.5), colour: S
     return Surface(np.array(corners), np.array([[0, 1, 2], [0, 2, 3]]), colour, body=False)
 
 
-def row(heaps: Sequence[Arrangement], wide: int = 1500) -> np.ndarray:
+def row(heaps: Sequence[Arrangement], size: int = 1200) -> np.ndarray:
     """One installation of heaps side by side, each with a front and a top view: the fronts' shadows on the back wall,
-    the tops' on the floor. Pixels uint8 `(H, wide, 3)`."""
+    the tops' on the floor. Pixels uint8, the longer side of `size`."""
     edge = heaps[0].cameras[0].width
     surfaces, lamps, reach = [], [], 0.98 * edge
     for k, (run, colour) in enumerate(zip(heaps, ROW * len(heaps), strict=False)):
@@ -54,7 +56,7 @@ def row(heaps: Sequence[Arrangement], wide: int = 1500) -> np.ndarray:
     half, back, below = 0.49 * len(heaps) + 0.12, 1.75, 0.8
     surfaces += [wall(front, back, (-9, 9), (-below, 9)), wall(top, below, (-9, 9), (-9, back))]
     frame = edge * np.array([(x, *yz) for x in (-half, half) for yz in ((-0.62, -below), (back, 0.62))])
-    return picture(surfaces, lamps, 0.0, 30.0, wide, 20.0, frame)
+    return picture(surfaces, lamps, 0.0, 30.0, size, 20.0, frame)
 
 
 def corner(
@@ -62,7 +64,7 @@ def corner(
     matrices: np.ndarray,
     views: Sequence[Camera],
     hues: np.ndarray,
-    wide: int = 700,
+    size: int = 640,
     light: Sequence[float] = WARM,
     azimuth_deg: float = 45.0,
     elevation_deg: float = 24.0,
@@ -70,18 +72,29 @@ def corner(
     more: Sequence[Surface] = (),
 ) -> np.ndarray:
     """Bodies that `matrices` `(N, 4, 4)` place, in colours `(N, 3)`, between lamps and a wall for each view, `away` of
-    the views' width behind the middle. more : surfaces besides. Pixels uint8 `(H, wide, 3)`."""
+    the views' width behind the middle. more : surfaces besides. Pixels uint8, the longer side of `size`."""
     lamps = [Lamp(view, colour=light) for view in views]
     walls = [wall(view, away, *_extents(view, views, away)) for view in views]
     frame = np.concatenate([wall(view, away, (-0.56, 0.56), (-0.56, 0.56)).vertices for view in views])
     surfaces = [*bodies_lit(bodies, matrices, hues), *walls, *more]
-    return picture(surfaces, lamps, azimuth_deg, elevation_deg, wide, 24.0, frame)
+    return picture(surfaces, lamps, azimuth_deg, elevation_deg, size, 24.0, frame)
 
 
-def stacked(upper: Arrangement, lower: Arrangement, wide: int = 700) -> np.ndarray:
+def before_wall(arrangement: Arrangement, view: int, size: int = 520, raised_deg: float = 38.0) -> np.ndarray:
+    """The heap, the lamp of one of its views alone, and that view's wall, from above the lamp."""
+    run, camera = arrangement, arrangement.cameras[view]
+    hues = colours(len(run.problem.bodies))
+    walls = [wall(camera, away, (-0.52, 0.52), (-0.52, 0.52)).vertices for away in (0.0, AWAY)]
+    frame = np.concatenate([walls[0][:2], walls[1]])
+    surfaces = [*bodies_lit(run.problem.bodies, run.matrices, hues), wall(camera, AWAY, (-9, 9), (-9, 9))]
+    look = {"azimuth_deg": camera.azimuth_deg, "elevation_deg": camera.elevation_deg + raised_deg}
+    return picture(surfaces, [Lamp(camera, WARM)], **look, size=size, frame=frame)
+
+
+def stacked(upper: Arrangement, lower: Arrangement, size: int = 640) -> np.ndarray:
     """Two heaps, one above the other, in orange light, with their shadows on two walls and one on the floor for both.
 
-    Their views are from the front, from the side and from above. Pixels uint8 `(H, wide, 3)`.
+    Their views are from the front, from the side and from above. Pixels uint8, the longer side of `size`.
     """
     edge, lamps, surfaces = lower.cameras[0].width, [], []
     for run, height in ((lower, 0.0), (upper, 0.98 * edge)):
@@ -94,8 +107,8 @@ def stacked(upper: Arrangement, lower: Arrangement, wide: int = 700) -> np.ndarr
     away = 1.12
     surfaces += [wall(front, away, (-away, 9), (-away, 9)), wall(side, away, (-9, away), (-away, 9))]
     surfaces += [wall(top, away, (-away, 9), (-9, away))]
-    frame = edge * np.array([(-away, -0.6, 1.5), (-0.55, -0.55, -away), (0.55, -0.55, -away), (0.6, away, 1.5)])
-    return picture(surfaces, lamps, 45.0, 22.0, wide, 20.0, frame)
+    frame = edge * np.array([(-away, -0.6, 1.58), (-0.55, -0.55, -away), (0.55, -0.55, -away), (0.6, away, 1.58)])
+    return picture(surfaces, lamps, 45.0, 22.0, size, 20.0, frame)
 
 
 def _extents(view: Camera, views: Sequence[Camera], away: float):

@@ -9,11 +9,13 @@ import numpy as np
 from scipy.sparse import coo_matrix
 
 from ..geometry.cameras import Camera
+from ..util import o3d
 
 SHARP_DEG = 35.0  # edges with a larger angle are drawn sharp
 SAMPLES = 2  # rays along a pixel's edge
 DARK = 0.03  # what light there is without lamps
 FILL = 0.3  # light from where one looks, that casts no shadow, on bodies alone
+FULL = 0.8  # of the brightest that can be shown: above it brightness is pressed together
 NEAR = 1e-4  # of the scene's size: how far a ray to a lamp begins above the surface
 
 
@@ -56,37 +58,33 @@ def picture(
     lamps: Sequence[Lamp],
     azimuth_deg: float,
     elevation_deg: float,
-    wide: int = 1200,
+    size: int = 1200,
     spread_deg: float = 24.0,
     frame: np.ndarray | None = None,
+    dark: float = DARK,
 ) -> np.ndarray:
-    """An RGB image `(H, wide, 3)` uint8 that just holds the points `frame` `(P, 3)`, all surfaces if None.
+    """An RGB image `(H, W, 3)` uint8, its longer side of `size` pixels, that just holds the points `frame` `(P, 3)`, all surfaces if None.
 
-    azimuth_deg, elevation_deg : of looking, as in `cameras`. spread_deg : the angle that the picture spans.
+    azimuth_deg, elevation_deg : of looking, as in `cameras`. spread_deg : the angle that the picture spans. dark : what light
+    there is without lamps, from all sides.
     """
-    import open3d
-
+    tensor = o3d.load().core.Tensor
     vertices = np.concatenate([surface.vertices for surface in surfaces]).astype(np.float64)
     offsets = np.cumsum([0, *(len(surface.vertices) for surface in surfaces)])
-    faces = np.concatenate([s.faces + o for s, o in zip(surfaces, offsets, strict=False)])
+    faces = np.concatenate([np.asarray(s.faces, np.int64) + o for s, o in zip(surfaces, offsets, strict=False)])
     counts = [len(surface.faces) for surface in surfaces]
     colours = np.repeat([np.asarray(s.colour, float)[:3] ** 2.2 for s in surfaces], counts, axis=0)
     fill = FILL * np.repeat([s.body for s in surfaces], counts)
     glow = np.repeat([s.glow for s in surfaces], counts)
     normals = _corner_normals(vertices, faces)
-    size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    clear = NEAR * float(np.linalg.norm(np.ptp(vertices, axis=0)))
 
-    def cast(kept):
-        scene = open3d.t.geometry.RaycastingScene()
-        scene.add_triangles(
-            open3d.core.Tensor(vertices.astype(np.float32)), open3d.core.Tensor(faces[kept].astype(np.uint32))
-        )
-        return scene
-
-    scene, shade = cast(np.ones(len(faces), bool)), cast(~glow)
-    eye, directions, high = _sight(vertices if frame is None else frame, azimuth_deg, elevation_deg, wide, spread_deg)
+    scene, shade = o3d.caster([(vertices, faces)]), o3d.caster([(vertices, faces[~glow])])
+    eye, directions, (high, wide) = _sight(
+        vertices if frame is None else frame, azimuth_deg, elevation_deg, size, spread_deg
+    )
     rays = np.concatenate([np.broadcast_to(eye, directions.shape), directions], -1).astype(np.float32)
-    hit = scene.cast_rays(open3d.core.Tensor(rays))
+    hit = scene.cast_rays(tensor(rays))
     found = np.isfinite(hit["t_hit"].numpy())
     face, uv = hit["primitive_ids"].numpy()[found], hit["primitive_uvs"].numpy()[found]
     at, along = eye + directions[found] * hit["t_hit"].numpy()[found, None], directions[found]
@@ -96,7 +94,7 @@ def picture(
     flat /= np.linalg.norm(flat, axis=1, keepdims=True) + 1e-300
     flat *= -np.sign(np.einsum("pc,pc->p", flat, along))[:, None]
     normal *= np.sign(np.einsum("pc,pc->p", normal, flat))[:, None]
-    light = DARK + (fill[face] * np.abs(np.einsum("pc,pc->p", normal, along)))[:, None] * np.ones(3)
+    light = dark + (fill[face] * np.abs(np.einsum("pc,pc->p", normal, along)))[:, None] * np.ones(3)
     draw = np.random.default_rng(0)
     for lamp in lamps:
         right, up, forward = lamp.view.axes
@@ -106,28 +104,29 @@ def picture(
         lit = lit[facing[lit] > 1e-3]
         turn = np.tan(np.radians(lamp.blur_deg)) * draw.normal(size=(len(lit), 2))
         towards = -forward + turn[:, :1] * right + turn[:, 1:] * up
-        rays = np.concatenate([at[lit] + NEAR * size * flat[lit], towards], 1).astype(np.float32)
-        free = ~shade.test_occlusions(open3d.core.Tensor(rays)).numpy()
+        rays = np.concatenate([at[lit] + clear * flat[lit], towards], 1).astype(np.float32)
+        free = ~shade.test_occlusions(tensor(rays)).numpy()
         light[lit] += (facing[lit] * free)[:, None] * np.asarray(lamp.colour)
     shown = np.zeros((len(directions), 3))
     shown[found] = np.where(glow[face][:, None], colours[face], colours[face] * light)
     shown = shown.reshape(high, SAMPLES, wide, SAMPLES, 3).mean((1, 3))
-    shown = shown / (1 + np.maximum(shown.max(-1, keepdims=True) - 0.8, 0))  # what is too bright keeps its hue
+    most = shown.max(-1, keepdims=True)  # what is too bright keeps its hue
+    shown *= np.where(most > FULL, FULL + (1 - FULL) * np.tanh((most - FULL) / (1 - FULL)), most) / (most + 1e-12)
     return np.uint8(np.round(255 * shown.clip(0, 1) ** (1 / 2.2)))
 
 
-def _sight(points: np.ndarray, azimuth_deg: float, elevation_deg: float, wide: int, spread_deg: float):
-    """The eye `(3,)`, directions `(R, 3)` of the rays, row by row, and how many rows of pixels the picture has."""
+def _sight(points: np.ndarray, azimuth_deg: float, elevation_deg: float, size: int, spread_deg: float):
+    """The eye `(3,)`, directions `(R, 3)` of the rays, row by row, and the picture's height and width in pixels."""
     axes = Camera(azimuth_deg, elevation_deg, 1.0).axes
     local = (np.asarray(points, float) - np.mean(points, axis=0)) @ axes.T
     away = np.linalg.norm(np.ptp(local, axis=0)[:2]) / 2 / np.tan(np.radians(spread_deg) / 2)
     low, high = (f(local[:, :2] / (local[:, 2:] + away), 0) for f in (np.min, np.max))
-    rows = max(round(wide * (high[1] - low[1]) / (high[0] - low[0])), 1)
+    rows, wide = (max(round(size * side / max(high - low)), 1) for side in (high - low)[::-1])
     x = low[0] + (np.arange(wide * SAMPLES) + 0.5) / (wide * SAMPLES) * (high[0] - low[0])
     y = high[1] - (np.arange(rows * SAMPLES) + 0.5) / (rows * SAMPLES) * (high[1] - low[1])
     x, y = np.meshgrid(x, y)
     directions = np.stack([x, y, np.ones_like(x)], -1).reshape(-1, 3) @ axes
-    return np.mean(points, axis=0) - away * axes[2], directions, rows
+    return np.mean(points, axis=0) - away * axes[2], directions, (rows, wide)
 
 
 def _corner_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
