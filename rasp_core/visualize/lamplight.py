@@ -63,10 +63,10 @@ def picture(
     frame: np.ndarray | None = None,
     dark: float = DARK,
 ) -> np.ndarray:
-    """An RGB image `(H, W, 3)` uint8, its longer side of `size` pixels, that just holds the points `frame` `(P, 3)`, all surfaces if None.
+    """An RGB image `(H, W, 3)` uint8, its longer side of `size` pixels.
 
-    azimuth_deg, elevation_deg : of looking, as in `cameras`. spread_deg : the angle that the picture spans. dark : what light
-    there is without lamps, from all sides.
+    azimuth_deg, elevation_deg : of looking, as in `cameras`. spread_deg : the angle that the picture spans. frame :
+    points `(P, 3)` that the picture just holds, all surfaces if None. dark : what light there is without lamps.
     """
     tensor = o3d.load().core.Tensor
     vertices = np.concatenate([surface.vertices for surface in surfaces]).astype(np.float64)

@@ -36,7 +36,9 @@ def on_table(
     points = np.concatenate([surface.vertices for surface in surfaces])
     middle, reach = (points.min(0) + points.max(0)) / 2, float(np.linalg.norm(np.ptp(points, axis=0)))
     around = 20 * reach * np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)])
-    table = Surface([*middle[:2], points[:, 2].min()] + around, np.array([[0, 1, 2], [0, 2, 3]]), TABLE, body=False)
+    table = Surface(
+        around + np.array([*middle[:2], points[:, 2].min()]), np.array([[0, 1, 2], [0, 2, 3]]), TABLE, body=False
+    )
     lamp = Lamp(Camera(azimuth_deg + 35.0, 55.0, 40 * reach, tuple(middle)), DAYLIGHT, blur_deg=2.0)
     frame = points + 0.03 * (points - middle)
     return picture([*surfaces, table], [lamp], azimuth_deg, elevation_deg, size, 18.0, frame, BRIGHT)
@@ -63,6 +65,21 @@ def stages(
     packed = shell(container, turn, knife) + cut(bodies, matrices, knife, turn)
     laid = whole(bodies, set_out(bodies))
     return [on_table(empty + under, **look), on_table(laid, 360, 0.0, 42.0), on_table(packed + under, **look)]
+
+
+def in_box(
+    bodies: Sequence[Body], matrices: np.ndarray, box: Container, size: int = 400, azimuth_deg=30.0, elevation_deg=18.0
+) -> np.ndarray:
+    """Bodies that `matrices` `(N, 4, 4)` place, on the floor of a box of which the edges are drawn."""
+    import trimesh
+
+    corners = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * np.ptp(box.bounds, axis=0)
+    corners += box.bounds[0]
+    ends = [(i, j) for i in range(8) for j in range(i) if np.sum(corners[i] != corners[j]) == 1]
+    radius = 0.004 * float(np.linalg.norm(np.ptp(box.bounds, axis=0)))
+    rods = [trimesh.creation.cylinder(radius, segment=corners[[i, j]], sections=6) for i, j in ends]
+    edges = [Surface(rod.vertices, rod.faces, SHELL, glow=True) for rod in rods]
+    return on_table([*whole(bodies, matrices), *edges], size, azimuth_deg, elevation_deg)
 
 
 def whole(bodies: Sequence[Body], matrices: np.ndarray, turn: np.ndarray | None = None, hues=None) -> list[Surface]:
@@ -148,4 +165,4 @@ def pedestal(surfaces: Sequence[Surface], high: float = 0.3) -> Surface:
     ]
     outline = [(0, -high * size[2]), *((radius * r, h * size[2]) for r, h in levels), (0, 0)]
     turned = trimesh.creation.revolve(np.array(outline), sections=64)
-    return Surface(turned.vertices + [middle[0], middle[1], low[2]], turned.faces, STONE)
+    return Surface(turned.vertices + np.array([*middle[:2], low[2]]), turned.faces, STONE)
