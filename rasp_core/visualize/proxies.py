@@ -46,5 +46,5 @@ def overlapping(
     common = shared(bodies, matrices)
     hues = np.array([*[(*GLASS[:3], 0.3)] * len(bodies), *[(*OVERLAP, 1.0)] * len(common)])
     places = np.concatenate([matrices, np.tile(np.eye(4), (len(common), 1, 1))])
-    look = {"azimuth_deg": 0.0, "elevation_deg": elevation_deg, "hues": hues}
+    look = {"azimuth_deg": 0.0, "elevation_deg": 6.0, "hues": hues}
     return trimmed(scene_picture([*bodies, *common], places, size=size, **look), 4)
