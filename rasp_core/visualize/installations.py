@@ -8,11 +8,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..geometry.cameras import Camera
+from ..geometry.cameras import Camera, box_views
+from ..geometry.containers import Container
 from ..geometry.meshes import Body
 from ..optimizer import Arrangement
 from .lamplight import Lamp, Surface, picture
 from .scene3d import colours
+from .studio import box_edges
 
 ROW = ((0.93, 0.42, 0.35), (0.98, 0.74, 0.30), (0.42, 0.74, 0.66), (0.50, 0.60, 0.92))  # the heaps of a row
 PLASTER, WOOD = (0.86, 0.84, 0.80), (0.80, 0.58, 0.36)
@@ -122,3 +124,16 @@ def _extents(view: Camera, views: Sequence[Camera], away: float):
             if along < -0.99:
                 reach[axis][0] = -away
     return reach
+
+
+def box_corner(
+    bodies: Sequence[Body], matrices: np.ndarray, box: Container, hues: np.ndarray | None = None, size: int = 640
+) -> np.ndarray:
+    """Bodies that `matrices` `(N, 4, 4)` place in a box, between lamps as wide as the box and three walls.
+
+    Where light falls into a shadow, a gap goes all the way through. Pixels uint8, the longer side of `size`.
+    """
+    edges, middle = np.ptp(box.bounds, axis=0), tuple(box.bounds.mean(0))
+    views = box_views(1.5 * float(edges.max()), middle)
+    hues = colours(len(bodies)) if hues is None else hues
+    return corner(bodies, matrices, views, hues, size=size, away=1.0, more=box_edges(box))

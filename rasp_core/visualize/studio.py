@@ -71,6 +71,11 @@ def in_box(
     bodies: Sequence[Body], matrices: np.ndarray, box: Container, size: int = 400, azimuth_deg=30.0, elevation_deg=18.0
 ) -> np.ndarray:
     """Bodies that `matrices` `(N, 4, 4)` place, on the floor of a box of which the edges are drawn."""
+    return on_table([*whole(bodies, matrices), *box_edges(box)], size, azimuth_deg, elevation_deg)
+
+
+def box_edges(box: Container) -> list[Surface]:
+    """The twelve edges of a box as thin rods, which cast no shadow."""
     import trimesh
 
     corners = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * np.ptp(box.bounds, axis=0)
@@ -78,8 +83,7 @@ def in_box(
     ends = [(i, j) for i in range(8) for j in range(i) if np.sum(corners[i] != corners[j]) == 1]
     radius = 0.004 * float(np.linalg.norm(np.ptp(box.bounds, axis=0)))
     rods = [trimesh.creation.cylinder(radius, segment=corners[[i, j]], sections=6) for i, j in ends]
-    edges = [Surface(rod.vertices, rod.faces, SHELL, glow=True) for rod in rods]
-    return on_table([*whole(bodies, matrices), *edges], size, azimuth_deg, elevation_deg)
+    return [Surface(rod.vertices, rod.faces, SHELL, glow=True) for rod in rods]
 
 
 def whole(bodies: Sequence[Body], matrices: np.ndarray, turn: np.ndarray | None = None, hues=None) -> list[Surface]:
