@@ -58,6 +58,20 @@ def test_a_figure_is_saved_with_its_facts(tmp_path):
     assert "torch" in facts["versions"]
 
 
+def test_what_a_notebook_keeps_of_a_figure_is_small_and_the_same_picture(tmp_path):
+    steps = np.linspace(0, 255, 1200).astype(np.uint8)
+    smooth = np.stack(np.broadcast_arrays(steps[None], steps[:600, None], np.uint8(90)), -1)
+    Image.fromarray(np.ascontiguousarray(smooth)).save(tmp_path / "smooth.png")
+    kept = figures.shown(tmp_path / "smooth.png", wide=400)
+    with Image.open(io.BytesIO(kept.data)) as picture:
+        assert (picture.format.lower(), picture.size) == (kept.format, (400, 200))
+        assert np.abs(np.asarray(picture.convert("RGB"), int) - smooth[1::3, 1::3]).mean() < 4
+    flat = Image.new("RGB", (80, 60), "white")
+    flat.putpixel((3, 4), (0, 0, 0))
+    flat.save(tmp_path / "flat.png")
+    assert figures.shown(tmp_path / "flat.png").format == "png"
+
+
 def test_small_text_is_told_and_kept_among_the_facts(tmp_path):
     figure = Figure()
     figure.text(0.5, 0.5, "small", fontsize=8)
