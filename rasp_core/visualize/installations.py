@@ -127,7 +127,7 @@ def _extents(view: Camera, views: Sequence[Camera], away: float):
 
 
 def box_corner(
-    bodies: Sequence[Body], matrices: np.ndarray, box: Container, hues: np.ndarray | None = None, size: int = 640
+    bodies: Sequence[Body], matrices: np.ndarray, box: Container, hues: np.ndarray | None = None, size: int = 540
 ) -> np.ndarray:
     """Bodies that `matrices` `(N, 4, 4)` place in a box, between lamps as wide as the box and three walls.
 
