@@ -12,7 +12,7 @@ from .fetchers import (
     fetch_targets,
 )
 from .fractures import fracture, joined, scatter, vessels
-from .procedural import cad_like, duck, kitchen_like, polycubes, torus
+from .procedural import cad_like, duck, head, kitchen_like, polycubes, torus
 from .scans import reconstruct
 
 __all__ = [
@@ -27,6 +27,7 @@ __all__ = [
     "fetch_kitchen",
     "fetch_targets",
     "fracture",
+    "head",
     "joined",
     "kitchen_like",
     "polycubes",

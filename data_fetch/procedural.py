@@ -67,6 +67,24 @@ def duck(length: float = 0.5) -> Body:
     return solid_body("duck", solid.translate(-(low + high) / 2).scale((length / (high - low)[0],) * 3))
 
 
+def head(height: float = 0.4) -> Body:
+    """A head-shaped container, `height` metres high along z; its face looks to -y."""
+    ball, sides = Manifold.sphere(1.0, SEGMENTS * 2), (-1, 1)
+    parts = [((0, 0.12, 0.32), (0.56, 0.7, 0.6)), ((0, -0.1, -0.12), (0.49, 0.58, 0.74))]  # skull, face
+    parts += [((0, -0.4, -0.7), (0.22, 0.22, 0.17)), ((0, 0.14, -1.0), (0.36, 0.4, 0.6))]  # chin, neck
+    parts += [((0, -0.66, 0.0), (0.075, 0.13, 0.27)), ((0, -0.72, -0.17), (0.13, 0.13, 0.085))]  # nose
+    parts += [((0, -0.6, -0.38 - 0.07 * lip), (0.19, 0.1, 0.05)) for lip in (0, 1)]
+    parts += [((0.53 * side, 0.08, 0.06), (0.08, 0.15, 0.22)) for side in sides]  # ears
+    parts += [((0.21 * side, -0.54, 0.25), (0.17, 0.1, 0.06)) for side in sides]  # brows
+    sockets = [ball.scale((0.13, 0.1, 0.08)).translate((0.21 * side, -0.63, 0.13)) for side in sides]
+    eyes = [ball.scale((0.1,) * 3).translate((0.21 * side, -0.52, 0.13)) for side in sides]
+    whole = Manifold.batch_boolean([ball.scale(size).translate(place) for place, size in parts], OpType.Add)
+    solid = (whole - Manifold.batch_boolean(sockets, OpType.Add)) + Manifold.batch_boolean(eyes, OpType.Add)
+    solid = solid.trim_by_plane((0, 0, 1), -1.2)
+    low, high = np.reshape(solid.bounding_box(), (2, 3))
+    return solid_body("head", solid.translate(-(low + high) / 2).scale((height / (high - low)[2],) * 3))
+
+
 def _series(count: int, seed: int, makers: list[tuple[str, Callable]]) -> list[Body]:
     rng = np.random.default_rng(seed)
     bodies = []

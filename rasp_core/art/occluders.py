@@ -101,10 +101,23 @@ def _add(covering: Covering, visible: _Visible, shared: np.ndarray, least_gain: 
     candidates = visible.points.reshape(-1, 3)[drawn]
     candidates -= SETTINGS.reach_radii * radius * random.random((count, 1)) * toward
     candidates += SETTINGS.spread_radii * radius * random.normal(size=candidates.shape)
+    candidates = candidates[_within(covering, candidates)]
+    if not len(candidates):
+        return False
     worth = np.where(covering.wanted, SETTINGS.wanted_worth, SETTINGS.spilled_worth)
     # what one view no longer sees is no longer disputed in the other either
     occlusion = Occlusion(hidden=2 * visible.dispute, depth=visible.depth, shared=shared)
     return covering.add_best(candidates, np.where(covering.dark, 0.0, worth), least_gain, occlusion)
+
+
+def _within(covering: Covering, places: np.ndarray) -> np.ndarray:
+    """Which places `(P, 3)` no object is too large for to lie within every picture: beyond, a view counts no shadow."""
+    radius, inside = max(body.radius for body in covering.pool), np.ones(len(places), bool)
+    for camera in covering.cameras:
+        edge = np.ceil(radius / camera.width * covering.size)
+        for at in camera.pixels(places, covering.size):
+            inside &= (at >= edge) & (at < covering.size - edge)
+    return inside
 
 
 def _shared(covering: Covering) -> np.ndarray:

@@ -9,9 +9,11 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import shutil
 import sys
 import time
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +21,7 @@ from typing import TYPE_CHECKING
 
 from ..io.atomic_files import whole
 from ..util.errors import InputError
+from ..visualize import style
 from .provenance import sources
 
 if TYPE_CHECKING:
@@ -28,7 +31,6 @@ if TYPE_CHECKING:
     from ..geometry.meshes import Body
 
 ROOT = Path(__file__).resolve().parents[2]
-DPI = 130  # of the figures' PNGs
 STATUSES = ("reproduced", "exceeded", "differs", "not verifiable")
 
 
@@ -53,7 +55,8 @@ def save(
 ) -> Path:
     """Write a figure's PNG, PDF and facts into `out`; returns the PNG's path, for the notebook to show.
 
-    facts : plain numbers, strings and booleans; versions, and what the figure was made from (`provenance`), are added.
+    facts : plain numbers, strings and booleans; versions, what the figure was made from (`provenance`), and how small
+    its text becomes at a third of its size are added, the last with a warning if it cannot be read there.
     scene : bodies and their poses `(N, 4, 4)` for NAME.glb, which the gallery's page turns. Each file appears whole or
     not at all.
     """
@@ -63,13 +66,19 @@ def save(
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
     with whole(out / f"{name}.png") as part:
-        part.write_bytes(_small(figure, dpi=DPI))
+        part.write_bytes(_small(figure, dpi=style.DPI, bbox_inches="tight"))
     with whole(out / f"{name}.pdf") as part:
-        figure.savefig(part, dpi=DPI, metadata={"CreationDate": None}, format="pdf")
+        figure.savefig(part, dpi=style.DPI, bbox_inches="tight", metadata={"CreationDate": None}, format="pdf")
     if scene is not None:
         with whole(out / f"{name}.glb") as part:
             part.write_bytes(encode(*scene))
     made, notebook = {"versions": versions()}, ROOT / "notebooks" / f"{name}.ipynb"
+    text = style.pixels_at_a_third(figure)
+    if text < style.LEGIBLE_PX:
+        small = f"{name}: text of {text:.1f} pixels at a third of the figure's size; {style.LEGIBLE_PX:.0f} can be read"
+        warnings.warn(f"{small}, which are {style.TEXT_PT} pt", stacklevel=2)
+    if math.isfinite(text):
+        made["text, pixels at a third of the size"] = round(text, 1)
     if notebook.is_file():  # figures of the user's own have none
         made["sources"] = sources(notebook, ROOT)
     _write(out / f"{name}.json", {**facts, **made})
@@ -77,13 +86,32 @@ def save(
 
 
 def inline() -> None:
-    """Have the notebook that calls this show figures as PNGs in few colours, as `save` writes them."""
+    """Have the notebook that calls this show figures in one style, as PNGs in few colours, as `save` writes them."""
     from IPython import get_ipython
     from matplotlib.figure import Figure
 
-    shell = get_ipython()
+    style.use()
+    shell, look = get_ipython(), {"bbox_inches": "tight", "dpi": style.SHOWN_DPI}
     if shell is not None:
-        shell.display_formatter.formatters["image/png"].for_type(Figure, lambda f: _small(f, bbox_inches="tight"))
+        shell.display_formatter.formatters["image/png"].for_type(Figure, lambda figure: _small(figure, **look))
+
+
+def shown(path: str | Path, wide: int = 950):
+    """A figure's PNG as a notebook keeps it: `wide` pixels at most, and as a JPEG where that is smaller."""
+    from IPython.display import Image as Shown
+    from PIL import Image
+
+    from ..io import palette
+
+    with Image.open(path) as picture:
+        picture = picture.convert("RGB")
+    if picture.width > wide:
+        picture = picture.resize((wide, round(picture.height * wide / picture.width)), Image.Resampling.LANCZOS)
+    jpeg = io.BytesIO()
+    picture.save(jpeg, "JPEG", quality=82, optimize=True)
+    import numpy as np
+
+    return Shown(data=min(jpeg.getvalue(), palette.png(np.asarray(picture)), key=len))
 
 
 def _small(figure: Figure, **options) -> bytes:

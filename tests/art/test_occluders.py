@@ -60,3 +60,20 @@ def test_the_dispute_of_a_ball_is_what_its_sides_share():
     covering.set_bodies([0], Poses(torch.eye(3)[None].double(), torch.zeros(1, 3).double()))
     # the other view sees half of a disk; one colour leaves each picture a quarter of the square difference there
     assert add_occluders(covering, plain(0.0, 1.0), 0) == pytest.approx(0.5 / 4, rel=0.03)
+
+
+def test_occluders_stay_in_all_pictures():
+    """Beyond its picture a view sees no shadow, but everyone else sees an object there."""
+    square = np.zeros((SIZE, SIZE), bool)
+    square[30:-30, 4:-4] = True
+    cameras = [Camera(azimuth, 0, 1.0) for azimuth in (0, 120, 240)]
+    covering = Covering(kitchen_like(20), cameras, np.stack([square] * 3), seed=0)
+    covering.reset(1.0)
+    covering.fill(30, least_gain=8.0)
+    count = len(covering.chosen)
+    add_occluders(covering, np.stack([np.full((SIZE, SIZE, 3), value) for value in (0.0, 0.5, 1.0)]), 40)
+    assert len(covering.chosen) > count
+    places = zip(covering.chosen, covering.rotation, covering.translation, strict=True)
+    placed = np.concatenate([covering.pool[i].solid_vertices @ turn.T + place for i, turn, place in places])
+    for camera in covering.cameras:
+        assert np.abs(placed @ camera.axes[:2].T).max() < camera.width * (0.5 + 1 / SIZE)

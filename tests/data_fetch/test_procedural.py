@@ -42,3 +42,13 @@ def test_a_duck_is_one_closed_piece_of_its_length():
     assert len(duck.manifold.decompose()) == 1
     assert 2 * duck.half_extents[0] == pytest.approx(0.4)
     assert 0.2 < duck.volume / np.prod(2 * duck.half_extents) < 0.6
+
+
+def test_a_head_is_one_closed_piece_of_its_height_with_a_nose():
+    head = procedural.head(0.3)
+    assert is_closed(head.faces)
+    assert len(head.manifold.decompose()) == 1
+    assert 2 * head.half_extents[2] == pytest.approx(0.3)
+    assert 0.2 < head.volume / np.prod(2 * head.half_extents) < 0.6
+    foremost = head.solid_vertices[head.solid_vertices[:, 1].argmin()]
+    assert abs(foremost[0]) < 0.1 * head.half_extents[0], "the face looks to -y"

@@ -16,6 +16,7 @@ from PIL import Image
 
 from rasp_core.reproduce import figures
 from rasp_core.util.errors import InputError
+from rasp_core.visualize import style
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -55,6 +56,35 @@ def test_a_figure_is_saved_with_its_facts(tmp_path):
     facts = json.loads(path.with_suffix(".json").read_text())
     assert facts["answer"] == 42.5
     assert "torch" in facts["versions"]
+
+
+def test_what_a_notebook_keeps_of_a_figure_is_small_and_the_same_picture(tmp_path):
+    steps = np.linspace(0, 255, 1200).astype(np.uint8)
+    smooth = np.stack(np.broadcast_arrays(steps[None], steps[:600, None], np.uint8(90)), -1)
+    Image.fromarray(np.ascontiguousarray(smooth)).save(tmp_path / "smooth.png")
+    kept = figures.shown(tmp_path / "smooth.png", wide=400)
+    with Image.open(io.BytesIO(kept.data)) as picture:
+        assert (picture.format.lower(), picture.size) == (kept.format, (400, 200))
+        assert np.abs(np.asarray(picture.convert("RGB"), int) - smooth[1::3, 1::3]).mean() < 4
+    flat = Image.new("RGB", (80, 60), "white")
+    flat.putpixel((3, 4), (0, 0, 0))
+    flat.save(tmp_path / "flat.png")
+    assert figures.shown(tmp_path / "flat.png").format == "png"
+
+
+def test_small_text_is_told_and_kept_among_the_facts(tmp_path):
+    figure = Figure()
+    figure.text(0.5, 0.5, "small", fontsize=8)
+    with pytest.warns(UserWarning, match=r"text of 5\.6 pixels at a third"):
+        path = figures.save("01_test", figure, {}, tmp_path)
+    assert json.loads(path.with_suffix(".json").read_text())["text, pixels at a third of the size"] == 5.6
+
+
+@pytest.mark.parametrize("facts", sorted((ROOT / "paper_figures").glob("[0-9]*[a-z].json")), ids=lambda path: path.stem)
+def test_stored_figures_are_legible_at_a_third_of_their_size(facts):
+    if not facts.stem.endswith(".expected"):
+        kept = json.loads(facts.read_text())
+        assert kept.get("text, pixels at a third of the size", style.LEGIBLE_PX) >= style.LEGIBLE_PX
 
 
 @pytest.mark.parametrize(
@@ -194,7 +224,7 @@ def test_a_terminal_sees_which_cell_is_run(tmp_path, capsys, monkeypatch):
 
 
 def test_a_notebook_shows_figures_in_few_colours(monkeypatch):
-    figure = Figure(figsize=(4, 3))
+    figure = Figure(figsize=(6, 4.5))
     figure.subplots().imshow(np.random.default_rng(0).random((60, 80, 3)))
     shell = InteractiveShell()
     monkeypatch.setattr("IPython.get_ipython", lambda: shell)
