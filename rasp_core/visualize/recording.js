@@ -370,7 +370,9 @@
       Object.assign(slider, { max: run.frames - 1 });
       slider.value = state.frame;
       place(run, state.frame);
-      words.textContent = `iteration ${run.iterations[state.frame]} of ${run.total}`;
+      let there = 0;
+      for (let at = state.frame; at < run.poses.length; at += 7 * run.frames) there += run.poses[at] !== ABSENT;
+      words.textContent = `iteration ${run.iterations[state.frame]} of ${run.total}, ${there} objects`;
       sliders.forEach(({ name, values, said, input }) => {
         const value = run.values[varied.findIndex(([other]) => other === name)];
         input.value = values.indexOf(value);

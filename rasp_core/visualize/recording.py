@@ -95,17 +95,25 @@ class Recorder:
         for k, (_, there, turn, place, _) in enumerate(kept):
             rotation[k, there], translation[k, there], present[k, there] = turn, place, True
         iterations, losses = np.array([one[0] for one in kept]), np.array([one[4] for one in kept])
-        overlap = self._overlap(rotation, np.where(present[..., None], translation, AWAY))
+        ever = present.any(0)
+        overlap = self._overlap(ever, rotation[:, ever], np.where(present[..., None], translation, AWAY)[:, ever])
         return Run(values or {}, iterations, self._iterations, rotation, translation, present, losses, overlap)
+
+    def recording(self, chosen: Sequence[int], poses: Poses, viewing_volume: float) -> Recording:
+        """A recording of that run alone; viewing_volume : as in `Settings`."""
+        return Recording(
+            self.bodies, self.container, [self.run(chosen, poses)], container_views(self.container, viewing_volume)
+        )
 
     def _keep(self, chosen: Sequence[int], poses: Poses, losses: torch.Tensor | None) -> None:
         known = np.full(len(LOSS_NAMES), np.nan) if losses is None else losses.double().cpu().numpy()
         turn, place = (part.detach().double().cpu().numpy().copy() for part in (poses.rotation, poses.translation))
         self._kept.append((self._iterations, list(chosen), turn, place, known))
 
-    def _overlap(self, rotation: np.ndarray, translation: np.ndarray) -> np.ndarray:
-        stack = GridStack.of_bodies(self.bodies)
-        half = torch.tensor(np.array([body.half_extents for body in self.bodies]), dtype=torch.float32)
+    def _overlap(self, ever: np.ndarray, rotation: np.ndarray, translation: np.ndarray) -> np.ndarray:
+        bodies = [body for body, there in zip(self.bodies, ever, strict=True) if there]
+        stack = GridStack.of_bodies(bodies)
+        half = torch.tensor(np.array([body.half_extents for body in bodies]), dtype=torch.float32)
         lattice = query_points.query_lattice(self.container, POINTS)
         shares = []
         for turn, place in zip(rotation, translation, strict=True):
@@ -120,8 +128,8 @@ class Recording:
     """Runs of the same bodies in the same container, to be looked at side by side.
 
     In a notebook it shows itself, with sliders for the iteration and for what differs between runs; `save` writes it
-    as a page. cameras : whose shadows are shown, orthographic, three at most; None for the container's own, or where
-    those are more the three faces of a box.
+    as a page. Bodies that no run has are left out. cameras : whose shadows are shown, orthographic, three at most; None
+    for the container's own, or where those are more the three faces of a box.
     Raises InputError for no run, perspective, too many cameras, and runs whose values do not fill a grid.
     """
 
@@ -137,19 +145,35 @@ class Recording:
         combinations = set(itertools.product(*self.varied.values()))
         if len(runs) != len(combinations) or {tuple(run.values.values()) for run in runs} != combinations:
             raise InputError(f"runs must have each combination of {', '.join(self.varied) or 'values'} once")
-        self.bodies, self.container, self.runs, self.cameras = list(bodies), container, list(runs), cameras
+        ever = np.any([run.present.any(0) for run in runs], 0)
+        self.bodies = [body for body, there in zip(bodies, ever, strict=True) if there]
+        self.runs = [
+            replace(
+                run,
+                rotation=run.rotation[:, ever],
+                translation=run.translation[:, ever],
+                present=run.present[:, ever],
+            )
+            for run in runs
+        ]
+        self.container, self.cameras = container, cameras
 
     def encoded(self) -> dict:
         """As plain values for JSON, see `recording_format`; a hundred frames of 20 objects take some 30 KB."""
         return recording_format.encode(self.bodies, self.container, self.cameras, self.varied, self.runs)
 
+    def page(self) -> str:
+        """The HTML page that shows it, from the file system and without network."""
+        return recording_page.page(json.dumps(self.encoded()))
+
     def save(self, path: str | Path) -> Path:
-        """Write a page that shows it, from the file system and without network; or its data alone, where the name ends
-        in .json. Raises InputError where it cannot be written."""
-        path, text = Path(path), json.dumps(self.encoded())
+        """Write its page; or its data alone, where the name ends in .json. Raises InputError where it cannot be
+        written."""
+        path = Path(path)
+        text = json.dumps(self.encoded()) if path.suffix == ".json" else self.page()
         try:
             with whole(path) as part:
-                part.write_text(text if path.suffix == ".json" else recording_page.page(text), encoding="utf-8")
+                part.write_text(text, encoding="utf-8")
         except OSError as error:
             raise InputError(f"{path}: cannot be written ({error.strerror}); name another file") from error
         return path

@@ -35,7 +35,7 @@ def recorded():
 
 def opened(page, path):
     """The page at a path, shown; what it has said and asked for is gathered in `page.problems`."""
-    page.on("console", lambda said: said.type in ("error", "warning") and page.problems.append(said.text))
+    page.on("console", lambda said: (said.type == "error" or "THREE" in said.text) and page.problems.append(said.text))
     page.on("request", lambda asked: asked.url.startswith("file:") or page.problems.append(asked.url))
     page.goto(path.as_uri())
     page.wait_for_function(SHOWN)
