@@ -19,10 +19,10 @@ from ..geometry.sdf import GridStack
 from ..io.atomic_files import whole
 from ..objective import LOSS_NAMES
 from ..optimizer import Arrangement, Step, optimize
-from ..poses import Poses
+from ..poses import Poses, file_to_world
 from ..problem import Problem, Settings
 from ..util.errors import InputError
-from . import recording_format, recording_page
+from . import recording_format, recording_page, summary
 
 FRAMES = 100
 POINTS = 8000  # lattice points by which a frame's overlap is counted
@@ -185,7 +185,12 @@ class Recording:
         )
 
     def _repr_mimebundle_(self, include=None, exclude=None) -> dict:
-        return recording_page.bundle(self)
+        run = self.runs[0]
+        there = run.present[-1]
+        bodies = [body for body, is_there in zip(self.bodies, there, strict=True) if is_there]
+        rotation, translation = (torch.from_numpy(part[-1][there]) for part in (run.rotation, run.translation))
+        picture = summary.picture_html(bodies, file_to_world(bodies, rotation, translation), self.container)
+        return recording_page.bundle(json.dumps(self.encoded()), repr(self), picture)
 
 
 def record(

@@ -10,18 +10,8 @@ pins it.
 
 from __future__ import annotations
 
-import json
 from functools import lru_cache
 from importlib import resources
-from typing import TYPE_CHECKING
-
-import torch
-
-from ..poses import file_to_world
-from . import summary
-
-if TYPE_CHECKING:
-    from .recording import Recording
 
 WIDGET = "application/vnd.jupyter.widget-view+json"
 THREE_ENDS = 'Object.defineProperty(t,"__esModule",{value:!0})}));'
@@ -68,16 +58,12 @@ def cell(data: str, picture: str = "") -> str:
     return f"{held}<script>{module()}</script>"
 
 
-def bundle(recording: Recording) -> dict:
-    """What a notebook keeps of a recording, by MIME type: words and HTML, and the widget where there is a kernel."""
+def bundle(data: str, words: str, picture: str) -> dict[str, object]:
+    """What a notebook keeps of a recording's JSON text, by MIME type: words, HTML as of `cell`, and the widget where
+    there is a kernel."""
     from IPython import get_ipython
 
-    run = recording.runs[-1]
-    bodies = [body for body, there in zip(recording.bodies, run.present[-1], strict=True) if there]
-    poses = (torch.from_numpy(part[-1][run.present[-1]]) for part in (run.rotation, run.translation))
-    picture = summary.picture_html(bodies, file_to_world(bodies, *poses), recording.container)
-    data = json.dumps(recording.encoded())
-    held = {"text/plain": repr(recording), "text/html": cell(data, picture)}
+    held: dict[str, object] = {"text/plain": words, "text/html": cell(data, picture)}
     if hasattr(get_ipython(), "kernel"):
         held[WIDGET] = widget(data)._repr_mimebundle_()[0][WIDGET]
     return held
