@@ -156,7 +156,7 @@
       for (const mesh of meshes) mesh.frustumCulled = false;
       return new THREE.Scene().add(...meshes);
     };
-    const white = new THREE.MeshBasicMaterial({ depthTest: false }); // what faces the view is enough;
+    const white = new THREE.MeshBasicMaterial({ depthTest: false }); // what faces the view is enough
     const vertices = geometry(points).setIndex(new THREE.BufferAttribute(still.triangles, 1));
     const objects = scene(new THREE.Mesh(vertices, white));
     const container = scene(new THREE.Mesh(geometry(new Float32Array(still.shell.flat())), white));
