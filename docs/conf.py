@@ -12,9 +12,11 @@ from pathlib import Path
 from docutils import nodes
 from sphinx.addnodes import download_reference
 
+from rasp_core.visualize import recording_page
+
 ROOT = Path(__file__).resolve().parent.parent
 MATHJAX = Path(importlib.util.find_spec("sphinx-mathjax-offline").submodule_search_locations[0]) / "static" / "mathjax"
-WIDGET = "application/vnd.jupyter.widget-view+json"
+WIDGET, THREE = recording_page.WIDGET, "three.js"
 NO_KERNEL = "<p class='no-kernel'>Sliders and buttons are here when the notebook runs: <code>make lab</code>.</p>"
 
 project = "The RASP kit"
@@ -49,13 +51,14 @@ html_theme_options = {
 
 
 def setup(app):
+    app.connect("builder-inited", _bundle)
     app.connect("source-read", _prepare)
     app.connect("doctree-read", _link_sources, priority=400)  # before Sphinx collects what is to be downloaded
 
 
 def _prepare(app, name, source):
     if app.env.doc2path(name).suffix == ".ipynb":
-        source[0] = json.dumps(_static(json.loads(source[0])))
+        source[0] = json.dumps(_static(json.loads(source[0]), name))
     elif name == root_doc:
         source[0] += _toctrees()
     elif name == "paper_figures/README":
@@ -63,10 +66,26 @@ def _prepare(app, name, source):
         source[0] = f"---\nhtml_theme.sidebar_secondary.remove: true\n---\n{text}"  # room for the table
     elif name == "docs/reference":
         source[0] += _modules()
+    elif name == "docs/recorded":
+        data = (ROOT / "docs" / "recorded_run.json").read_text(encoding="utf-8")
+        source[0] = source[0].replace("RECORDED", f"````{{raw}} html\n{_three(name)}{recording_page.cell(data)}\n````")
 
 
-def _static(notebook: dict) -> dict:
-    """A notebook without widgets, which are blank without a kernel; what JupyterLab folds is folded."""
+def _bundle(app):
+    """three.js as one file of the site."""
+    path = Path(app.doctreedir) / THREE
+    path.write_text(recording_page.three_js(), encoding="utf-8")
+    app.config.html_static_path.append(str(path))
+
+
+def _three(name: str) -> str:
+    """What loads it before a recorded run on the page `name`."""
+    return f'<script src="{"../" * name.count("/")}_static/{THREE}"></script>'
+
+
+def _static(notebook: dict, name: str) -> dict:
+    """A notebook without widgets, which are blank without a kernel; what JupyterLab folds is folded; recorded runs are
+    drawn with three.js."""
     notebook["metadata"].pop("widgets", None)
     for cell in notebook["cells"]:
         if cell["metadata"].get("jupyter", {}).get("source_hidden"):
@@ -74,6 +93,9 @@ def _static(notebook: dict) -> dict:
         for output in cell.get("outputs", []):
             if output.get("data", {}).pop(WIDGET, None) is not None and set(output["data"]) <= {"text/plain"}:
                 output["data"] = {"text/html": NO_KERNEL}
+            html = "".join(output.get("data", {}).get("text/html", ""))
+            if 'class="rasp-recording"' in html:
+                output["data"]["text/html"] = _three(name) + html
     return notebook
 
 
@@ -82,7 +104,7 @@ def _toctrees() -> str:
     groups = {
         "Notebooks": _in_order("notebooks", first="from_scratch"),
         "Exercises": _in_order("notebooks/exercises", first="README"),
-        "Results": ["paper_figures/README", "REPRODUCING"],
+        "Results": ["paper_figures/README", "docs/recorded", "REPRODUCING"],
         "The code": ["docs/reference", "CONTRIBUTING", "CHANGELOG"],
     }
     tree = "\n```{{toctree}}\n:hidden:\n:titlesonly:\n:caption: {}\n\n{}\n```\n"

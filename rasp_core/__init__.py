@@ -2,9 +2,9 @@
 
     import rasp_core as rasp
 
-The door is `load`, `box`, `pack`, `assemble`, `sculpt`, `optimize`, `panel`; each is imported when it is first used, so
-that this line is quick. The paper's method is in the files beside this one: `objective` (Eq. 1), `losses` (Eq. 2 to 5),
-`density` (Eq. 6), `optimizer` (the loop). Everything else is in rooms.
+The door is `load`, `box`, `pack`, `assemble`, `sculpt`, `optimize`, `panel`, `record`; each is imported when it is
+first used, so that this line is quick. The paper's method is in the files beside this one: `objective` (Eq. 1),
+`losses` (Eq. 2 to 5), `density` (Eq. 6), `optimizer` (the loop). Everything else is in rooms.
 """
 
 import importlib

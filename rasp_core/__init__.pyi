@@ -7,5 +7,6 @@ from .api.pack import pack as pack
 from .api.sculpt import sculpt as sculpt
 from .util.errors import InputError as InputError
 from .visualize.panel import panel as panel
+from .visualize.recording import record as record
 
 __version__: str

@@ -67,6 +67,8 @@ def test_run_all_drag_lambda_press_run(lab, page):
     said = page.locator(".jp-OutputArea-output", has_text="voxels agree with meshes within 1 %")
     page.wait_for_function("document.querySelectorAll('.jupyter-widgets .noUi-handle').length > 0", timeout=240_000)
     said.last.wait_for(timeout=240_000)
+    drawn = "!!document.querySelector('.rasp-recording')?.recording?.silhouette"  # with three.js, of the kernel
+    page.wait_for_function(drawn, timeout=60_000)
 
     panel = page.locator(".jp-OutputArea .widget-vbox").first
     panel.scroll_into_view_if_needed()

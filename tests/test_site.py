@@ -138,6 +138,23 @@ def test_solutions_are_folded_and_widgets_leave_a_sentence(site, page):
     assert page.get_by_text("VBox(").count() == 0
 
 
+@pytest.mark.parametrize("name", ["docs/recorded", "notebooks/00_quickstart"])
+def test_recorded_runs_are_drawn_with_three_js_and_their_sliders_change_the_picture(site, page, name):
+    page.goto((site / f"{name}.html").as_uri())
+    page.wait_for_function("!!document.querySelector('.rasp-recording')?.recording?.silhouette")
+    canvas = page.locator(".rasp-recording canvas")
+
+    def drawn():
+        page.wait_for_timeout(200)
+        return np.asarray(Image.open(io.BytesIO(canvas.screenshot())).convert("RGB"), int)
+
+    last = drawn()
+    for slider, key in (("iteration", "Home"), ("iteration", "End"), ("epsilon (m)", "End"), ("lambda", "End")):
+        page.locator(f".rasp-recording input[name='{slider}']").press(key)
+        if slider != "epsilon (m)":  # which makes no difference at a small lambda
+            assert ((np.abs(drawn() - last).max(2) > 60).mean() > 0.02) == (key == "Home" or slider == "lambda")
+
+
 def test_search_finds_a_notebook(site, page):
     page.goto((site / "search.html").as_uri() + "?q=strip")
     page.locator("#search-results li", has_text="The strip").first.wait_for()

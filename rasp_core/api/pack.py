@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,6 +22,9 @@ from ..util.errors import InputError
 from .inputs import as_bodies, as_container
 from .result import Result
 
+if TYPE_CHECKING:
+    from ..visualize.recording import Recording
+
 VOXELS = 160  # along the container's longest edge, in which the density is counted again
 
 
@@ -29,7 +33,8 @@ class PackingResult(Result):
     """A packing of some of a pool's objects.
 
     method : that found it. chosen : indices into the pool, in the order of `bodies`. pool : how many there were.
-    rounds : what each round left. losses : `(I, 5)` of every iteration of every round.
+    rounds : what each round left. losses : `(I, 5)` of every iteration of every round. recording : of poses and losses,
+    where it was asked for.
     """
 
     method: str
@@ -38,6 +43,7 @@ class PackingResult(Result):
     rounds: list[dict]
     losses: np.ndarray
     device: str
+    recording: Recording | None = None
 
     @property
     def history(self) -> np.ndarray:
@@ -78,13 +84,15 @@ class PackingResult(Result):
         }
 
     def save(self, folder: str | Path, facts: Mapping | None = None, settled: gravity.Settled | None = None) -> Path:
-        """As `Result.save`; settled : the packing at rest, written as settled.glb beside it."""
+        """As `Result.save`, with run.html where there is a recording; settled : the packing at rest, written as
+        settled.glb beside it."""
         from .run_folder import save_run
 
         facts, scenes = self.record() | dict(facts or {}), {}
         if settled is not None:
             facts["settled"], scenes["settled.glb"] = settled.to_dict(), settled.matrices
-        return save_run(folder, self.arrangement, self.certificate, facts, self.losses, scenes)
+        pages = {} if self.recording is None else {"run.html": self.recording.page()}
+        return save_run(folder, self.arrangement, self.certificate, facts, self.losses, scenes, pages=pages)
 
 
 def pack(
@@ -100,6 +108,7 @@ def pack(
     wall_clearance: float | None = None,
     device: str = "auto",
     progress: bool = False,
+    record: bool = False,
     **settings,
 ) -> PackingResult:
     """Pack rigid objects into a container so that no two overlap, and certify it by exact booleans.
@@ -111,6 +120,7 @@ def pack(
     count : exactly so many objects, without search ("paper"). time_limit : seconds. effort : tries ("dense").
     clearance : metres that no two objects come nearer to each other; or one for each, of which the larger counts
     between two. wall_clearance : the same from the wall, as much if None. The certificate's `gaps` say what they are.
+    record : keep poses and losses on the way ("paper"), to be shown as `recording`; nothing else changes.
     settings : further ones by the names of `problem.Settings` (lambda_, epsilon, iterations, resolution, ...).
 
     Raises InputError for a setting that the method would ignore, a clearance below 0, for objects larger than
@@ -131,7 +141,9 @@ def pack(
         raise InputError(f"pack has no setting {', '.join(unknown)}; use some of {', '.join(sorted(known))}")
     named = {name: value for name, value in given.items() if value is not None}
     methods.refuse_ignored(method, named | settings, room)
-    chosen = resolve_device(device)
+    if record and method != "paper":
+        raise InputError(f"record shows how Eq. 1 arranges, which method {method} does not; leave it out, or use paper")
+    recorder, chosen = _recorder(bodies, room) if record else None, resolve_device(device)
     packed = methods.search(
         method=method,
         bodies=bodies,
@@ -141,6 +153,7 @@ def pack(
         progress=progress,
         clearance=clearance,
         wall_clearance=wall_clearance,
+        watch=recorder and recorder.watch,
         **given,
     )
     return PackingResult(
@@ -153,4 +166,11 @@ def pack(
         rounds=packed.rounds,
         losses=packed.history,
         device=str(chosen),
+        recording=recorder and recorder.recording(packed.chosen, packed.poses, Settings(**settings).viewing_volume),
     )
+
+
+def _recorder(bodies: Sequence[Body], container: Container):
+    from ..visualize.recording import Recorder
+
+    return Recorder(bodies, container)

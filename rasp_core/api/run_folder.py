@@ -3,6 +3,7 @@
 scene.glb : one node for each body, named as the body, and one node `container`; metres, world z up.
 result.json : poses, volumes, density both ways, certificate, last losses, views, settings, seed, versions, device.
 history.csv : every loss at every iteration. silhouettes.png : target, rendered, difference for each view.
+run.html : where it was recorded, the run as a page.
 """
 
 from __future__ import annotations
@@ -58,12 +59,14 @@ def save_run(
     scenes: Mapping[str, np.ndarray] | None = None,
     images: Mapping[str, np.ndarray] | None = None,
     painted: Painted | None = None,
+    pages: Mapping[str, str] | None = None,
 ) -> Path:
     """Write a run's folder; each file appears whole or not at all.
 
     facts : further entries of result.json. history : `(I, 5)` losses, the arrangement's own where None.
     scenes : further scenes' file names, and the poses `(N, 4, 4)` that the bodies have in them. images : further
-    pictures' file names, and pixels uint8. painted : the bodies' colours in scene.glb.
+    pictures' file names, and pixels uint8. painted : the bodies' colours in scene.glb. pages : further pages' file
+    names, and their HTML.
     Raises InputError where the folder cannot be written.
     """
     folder = check_writable(folder)
@@ -86,6 +89,8 @@ def save_run(
             writer.writerows([i, *map(float, row)] for i, row in enumerate(history))
         for name, pixels in (images or {}).items():
             Image.fromarray(pixels).save(work / name)
+        for name, text in (pages or {}).items():
+            (work / name).write_text(text, encoding="utf-8")
         figure = plots.silhouette_figure(arrangement.targets, arrangement.images, arrangement.cameras)
         figure.savefig(work / "silhouettes.png", dpi=100)
         # result.json goes first and comes last: where it is, all the others are of the same run

@@ -40,6 +40,8 @@ def pack(options: argparse.Namespace) -> int:
         raise InputError("--settle lets objects fall onto each other, which leaves no gaps; give it or a clearance")
     folder = check_writable(options.out)
     method = _method(options, _given(options, "time_limit", "effort", *SETTINGS) | _counted(count))
+    if options.record and method != "paper":
+        raise InputError(f"--record shows how Eq. 1 arranges, which method {method} does not; leave it out")
     bodies, container, scale = methods.load(
         objects=options.objects,
         container=_container(options),
@@ -61,6 +63,7 @@ def pack(options: argparse.Namespace) -> int:
         effort=options.effort,
         device=options.device,
         progress=True,
+        record=options.record,
         **_given(options, *SETTINGS, *CLEARANCES),
     )
     print(f"rasp: {_removal(packed.removal)}", file=sys.stderr)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from functools import partial
 
@@ -139,12 +139,14 @@ def search(
     progress: bool = False,
     clearance: float | Sequence[float] | None = None,
     wall_clearance: float | None = None,
+    watch: Callable | None = None,
 ) -> Packing:
     """Pack by one of `METHODS`; None as `resolve_method` has it.
 
     settings : a method reads those that `USES` names; whether the others were given is not known here, so that callers
     ask `refuse_ignored` first. clearance : metres that bodies stay apart, or each of them, of which the larger counts
-    between two. wall_clearance : metres from the wall, as much as between bodies if None. Raises InputError as
+    between two. wall_clearance : metres from the wall, as much as between bodies if None. watch : as `paper.pack` has
+    it, who alone heeds it. Raises InputError as
     `resolve_method` does, for a count, a time limit or an effort that the method would ignore, and as `pack_apart` and
     the method itself do.
     """
@@ -153,7 +155,7 @@ def search(
     refuse_ignored(method, {name: value for name, value in given.items() if value is not None}, container)
     apart = clearance_of(len(bodies), clearance, wall_clearance)
     if apart is not None:
-        alone = partial(search, method, settings=settings, device=device, progress=progress, **given)
+        alone = partial(search, method, settings=settings, device=device, progress=progress, watch=watch, **given)
         return pack_apart(alone, bodies, container, apart, device, progress)
     if isinstance(container, FreeBox):
         return minimal_box.pack(
@@ -194,6 +196,7 @@ def search(
         device=device,
         time_limit=time_limit,
         progress=progress,
+        watch=watch,
     )
 
 

@@ -15,17 +15,18 @@ departs from the text so:
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
+from torch import Tensor
 
 from ..density import mesh_density
 from ..exact.certificate import TOLERANCE, Certificate, certify
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
-from ..optimizer import Arrangement, optimize
+from ..optimizer import Arrangement, Step, optimize
 from ..poses import Poses, file_to_world
 from ..problem import Problem, Settings
 from ..util.budget import Budget
@@ -70,6 +71,7 @@ def pack(
     device: str | torch.device = "cpu",
     time_limit: float | None = None,
     progress: bool = False,
+    watch: Callable[[list[int], Poses, Tensor | None], object] | None = None,
 ) -> Packing:
     """Pack objects into a container and certify the result.
 
@@ -79,6 +81,7 @@ def pack(
     settings : when searching, learning rates and contact terms are the search's own (see above). `iterations` set its
     length: about ten times as many are made.
     time_limit : seconds; then, or at Ctrl-C, the objects at fault are dropped as they lie.
+    watch : told the objects' indices, their poses and, after an iteration, its losses, wherever they change.
 
     Raises InputError for no bodies, a count out of range, or bodies larger than the container.
     """
@@ -88,7 +91,7 @@ def pack(
         raise InputError(f"count must lie between 1 and the {len(bodies)} objects given, got {count}")
     order = np.random.default_rng(settings.seed).permutation(len(bodies))
     chosen = [int(i) for i in order[: count or initial_count(bodies, container)]]
-    run = _Run(bodies, container, chosen, settings, device, time_limit, progress)
+    run = _Run(bodies, container, chosen, settings, device, time_limit, progress, watch)
     with run.bar:
         return run.fixed() if count is not None else run.search()
 
@@ -106,9 +109,10 @@ class _Run:
         device: str | torch.device,
         time_limit: float | None,
         progress: bool,
+        watch: Callable[[list[int], Poses, Tensor | None], object] | None,
     ):
         self.pool, self.container, self.settings, self.device = pool, container, settings, device
-        self.spent = Budget(time_limit).spent
+        self.spent, self.watch = Budget(time_limit).spent, watch or (lambda chosen, poses, losses: None)
         self.layout = Layout(chosen, Poses.random([pool[i] for i in chosen], container, settings.seed))
         self.histories, self.pulls, self.rounds = [], [], []
         self.bar = progress_bar("pack", "it", progress)
@@ -205,7 +209,8 @@ class _Run:
             raise KeyboardInterrupt
         return run
 
-    def _after_step(self, _step) -> bool:
+    def _after_step(self, step: Step) -> bool:
+        self.watch(self.layout.chosen, Poses(step.rotation, step.translation), step.losses)
         self.bar.update()
         return self.spent()
 
@@ -223,6 +228,7 @@ class _Run:
         return self.certificate.fault_volume / sum(body.volume for body in self.layout.bodies(self.pool))
 
     def _record(self, added: bool, at_fault: float) -> None:
+        self.watch(self.layout.chosen, self.layout.poses, None)
         count, density = len(self.layout), mesh_density(self.layout.bodies(self.pool), self.container)
         self.rounds.append({"added": added, "objects": count, "density": density, "fault_share": at_fault})
         self.bar.set_postfix_str(f"objects {count}, density {density:.4f}, overlap {at_fault:.1e}")

@@ -14,6 +14,7 @@ from nbclient.exceptions import DeadKernelError
 from traitlets.config import Config
 
 UNSTORED = "unstored"  # the tag of a cell whose output is not kept in the repository
+WIDGET, STATES = "application/vnd.jupyter.widget-view+json", "application/vnd.jupyter.widget-state+json"
 
 
 class Kernel(AsyncKernelManager):
@@ -59,11 +60,16 @@ def run(path: Path, target: Path, parameters: dict) -> str | None:
 
 
 def store(source: Path, target: Path) -> None:
-    """Write a notebook that was run to `target`, without the outputs of cells with the tag `UNSTORED`."""
+    """Write a notebook that was run to `target`, without the outputs of cells with the tag `UNSTORED`, and without
+    widgets beside which there is HTML: that shows as much where nothing runs, and holds the same data."""
     notebook = nbformat.read(source, as_version=4)
+    states = notebook.metadata.get("widgets", {}).get(STATES, {}).get("state", {})
     for cell in notebook.cells:
         if UNSTORED in cell.metadata.get("tags", []):
             cell.outputs = []
+        for data in (output.get("data", {}) for output in cell.get("outputs", [])):
+            if "text/html" in data and WIDGET in data:
+                states.pop(data.pop(WIDGET)["model_id"], None)
     nbformat.write(notebook, target)
 
 

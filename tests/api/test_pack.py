@@ -52,6 +52,24 @@ def test_one_method_of_few_objects_settles(packed, tmp_path):
     assert "settled" in json.loads((folder / "result.json").read_text())
 
 
+def test_a_recorded_packing_is_the_same_and_ends_where_it_lies(tmp_path):
+    pool, quick = kitchen_like(5), {"count": 4, "iterations": 20, "resolution": 32, "query_points": 2000}
+    alone, recorded = (rasp.pack(pool, BOX, record=record, viewing_volume=1.5, **quick) for record in (False, True))
+    assert np.array_equal(alone.matrices, recorded.matrices)
+    assert np.array_equal(alone.losses, recorded.losses)
+    assert alone.recording is None
+    shown = recorded.recording
+    (run,) = shown.runs
+    assert run.total == 20
+    assert {body.name for body in shown.bodies} == {body.name for body in recorded.bodies}
+    placed = dict(zip((body.name for body in shown.bodies), run.translation[-1], strict=True))
+    for body, place in zip(recorded.bodies, recorded.poses.translation, strict=True):
+        assert np.array_equal(placed[body.name], place)
+    assert shown.cameras[0].width == 1.5 * 0.25
+    assert {path.name for path in recorded.save(tmp_path / "run").iterdir()} >= {"run.html", "scene.glb"}
+    assert not (alone.save(tmp_path / "alone") / "run.html").exists()
+
+
 @pytest.mark.parametrize(
     ("method", "settings", "says"),
     [
@@ -60,6 +78,7 @@ def test_one_method_of_few_objects_settles(packed, tmp_path):
         ("spectral", {"effort": 3}, "method spectral does not use"),
         ("paper", {"effort": 3}, "method paper does not use"),
         ("dense", {"count": 3}, "method dense does not use"),
+        ("dense", {"record": True}, "record shows how Eq. 1 arranges, which method dense does not"),
         ("paper", {"lamda": 3}, "pack has no setting lamda"),
         ("magic", {}, "unknown"),
     ],

@@ -14,9 +14,10 @@ SMALL = ["--iterations", "60", "--resolution", "64"]
 
 def test_pack_and_check_agree(cans, tmp_path, capsys):
     out = tmp_path / "out"
-    assert main(["pack", str(cans), "--container", BOX, "--out", str(out), *SMALL]) == 0
+    assert main(["pack", str(cans), "--container", BOX, "--out", str(out), "--record", *SMALL]) == 0
     line = capsys.readouterr().out
     assert line.count("\n") == 1
+    assert (out / "run.html").read_text().startswith("<!DOCTYPE html>")
     assert "certified" in line
     record = json.loads((out / "result.json").read_text())
     assert record["density"] == pytest.approx(record["density_voxels"], rel=0.03)
@@ -24,6 +25,14 @@ def test_pack_and_check_agree(cans, tmp_path, capsys):
     assert main(["check", str(out)]) == 0
     assert main(["check", str(out / "scene.glb")]) == 0
     assert f"density {record['density']:.4f}, certified" in capsys.readouterr().out
+
+
+def test_a_search_without_eq_1_is_not_recorded(cans, tmp_path, capsys):
+    arguments = ["pack", str(cans), "--container", BOX, "--out", str(tmp_path / "out"), "--method", "dense", "--record"]
+    assert main(arguments) == 2
+    told = "rasp: --record shows how Eq. 1 arranges, which method dense does not; leave it out\n"
+    assert capsys.readouterr().err.endswith(told)
+    assert not (tmp_path / "out").exists()
 
 
 def test_the_smallest_box_is_found_judged_and_told_in_the_unit(cans, tmp_path, capsys):

@@ -40,11 +40,18 @@ def test_a_search_ends_with_a_certified_packing_of_different_objects(pool, packe
     assert (packed.arrangement.pulls[:, 0] > 0).all(), "shadows pull from the first iteration to the last"
 
 
-def test_the_same_seed_gives_the_same_packing(pool):
-    small, quick = box((0.14, 0.14, 0.14)), replace(QUICK, iterations=60)
-    first, again = (paper.pack(pool[:12], small, settings=quick) for _ in range(2))
+def test_the_same_seed_gives_the_same_packing_whoever_watches(pool):
+    small, quick, seen = box((0.14, 0.14, 0.14)), replace(QUICK, iterations=60), []
+    first = paper.pack(pool[:12], small, settings=quick)
+    again = paper.pack(pool[:12], small, settings=quick, watch=lambda *told: seen.append(told))
     assert again.chosen == first.chosen
     assert np.array_equal(again.matrices, first.matrices)
+    assert [losses is None for _, _, losses in seen[:19]] == [False] * 18 + [True], "18 iterations, then what is judged"
+    assert sum(losses is None for _, _, losses in seen) == len(again.rounds)
+    assert [len(chosen) for chosen, _, losses in seen if losses is None] == [r["objects"] for r in again.rounds]
+    chosen, poses, _ = seen[-1]
+    assert chosen == again.chosen
+    assert np.array_equal(poses.translation, again.poses.translation)
 
 
 def test_a_mesh_container_with_a_hole_is_packed(pool):

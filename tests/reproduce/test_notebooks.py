@@ -40,3 +40,22 @@ def test_a_cells_outputs_may_be_left_out_of_what_is_stored(made, tmp_path):
     notebooks.store(run, target)
     assert nbformat.read(run, as_version=4).cells[-1].outputs
     assert nbformat.read(target, as_version=4).cells[-1].outputs == []
+
+
+def test_a_widget_beside_which_there_is_html_is_not_stored(made, tmp_path):
+    run, target = tmp_path / "b.ipynb", tmp_path / "c.ipynb"
+    code = "import ipywidgets\nfrom IPython.display import display\none, two = ipywidgets.Label(), ipywidgets.Label()\n"
+    code += "display({'text/html': '<p>one</p>', **one._repr_mimebundle_()}, raw=True)\ntwo"
+    assert notebooks.run(made(code), run, {}) is None
+    notebooks.store(run, target)
+
+    def held(path):
+        notebook = nbformat.read(path, as_version=4)
+        states = notebook.metadata["widgets"][notebooks.STATES]["state"]
+        models = [output.data.get(notebooks.WIDGET, {}).get("model_id") for output in notebook.cells[-1].outputs]
+        return models, [model in states for model in models], notebook.cells[-1].outputs[0].data["text/html"]
+
+    (one, two), stated, html = held(run)
+    assert stated == [True, True]
+    assert held(target) == ([None, two], [False, True], html)
+    assert one not in target.read_text()
