@@ -5,6 +5,7 @@ from .api.inputs import load as load
 from .api.optimize import optimize as optimize
 from .api.pack import pack as pack
 from .api.sculpt import sculpt as sculpt
+from .geometry.items import Item as Item
 from .util.errors import InputError as InputError
 from .visualize.panel import panel as panel
 

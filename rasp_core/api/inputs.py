@@ -7,6 +7,7 @@ from pathlib import Path
 
 from ..geometry import containers
 from ..geometry.containers import Container, FreeBox
+from ..geometry.items import Item, bodies_of
 from ..geometry.loading import Reading, load_bodies
 from ..geometry.meshes import Body
 
@@ -50,11 +51,13 @@ def box(x: float, y: float, z: float) -> Container:
     return containers.box((x, y, z))
 
 
-def as_bodies(parts: str | Path | Sequence[Body] | Sequence[str | Path]) -> list[Body]:
-    """Objects as they are, or from their files."""
+def as_bodies(parts: str | Path | Sequence[Body] | Sequence[str | Path] | Sequence[Item]) -> list[Body]:
+    """Objects as they are, or from their files, or of items."""
     if isinstance(parts, str | Path):
         return load(parts)
     parts = list(parts)
+    if any(isinstance(part, Item) for part in parts):
+        return bodies_of([part if isinstance(part, Item) else Item(part) for part in parts])
     return parts if all(isinstance(part, Body) for part in parts) else load(parts)
 
 

@@ -29,7 +29,8 @@ class PackingResult(Result):
     """A packing of some of a pool's objects.
 
     method : that found it. chosen : indices into the pool, in the order of `bodies`. pool : how many there were.
-    rounds : what each round left. losses : `(I, 5)` of every iteration of every round.
+    musts : names of those that must go in. rounds : what each round left. losses : `(I, 5)` of every iteration of every
+    round.
     """
 
     method: str
@@ -38,6 +39,7 @@ class PackingResult(Result):
     rounds: list[dict]
     losses: np.ndarray
     device: str
+    musts: list[str]
 
     @property
     def history(self) -> np.ndarray:
@@ -51,6 +53,11 @@ class PackingResult(Result):
     def table(self) -> dict[str, str]:
         """Its facts in words, for a small table."""
         return {"method": self.method, **super().table(), "objects": f"{len(self.bodies)} of {self.pool}"}
+
+    @cached_property
+    def missing(self) -> list[str]:
+        """Names of the objects that must go in and did not."""
+        return [name for name in self.musts if name not in {body.name for body in self.bodies}]
 
     @cached_property
     def removal(self) -> disassembly.Removal:
@@ -75,7 +82,7 @@ class PackingResult(Result):
             "device": self.device,
             "seconds": self.seconds,
             "removal": self.removal.to_dict(),
-        }
+        } | ({"missing": self.missing} if self.musts else {})
 
     def save(self, folder: str | Path, facts: Mapping | None = None, settled: gravity.Settled | None = None) -> Path:
         """As `Result.save`; settled : the packing at rest, written as settled.glb beside it."""
@@ -96,7 +103,7 @@ def pack(
     count: int | None = None,
     time_limit: float | None = None,
     effort: int | None = None,
-    clearance: float | Sequence[float] | None = None,
+    clearance: float | None = None,
     wall_clearance: float | None = None,
     device: str = "auto",
     progress: bool = False,
@@ -104,13 +111,14 @@ def pack(
 ) -> PackingResult:
     """Pack rigid objects into a container so that no two overlap, and certify it by exact booleans.
 
-    parts : objects, or the files that hold them. container : `rasp.box(...)`, a mesh file, "box:0.3,0.2,0.2", or
+    parts : objects, the files that hold them, or `rasp.Item`s, which say how many and how they may be turned.
+    container : `rasp.box(...)`, a mesh file, "box:0.3,0.2,0.2", or
     "auto", "auto:cube", "auto:0.3,0.2,*" for the smallest box that holds all objects.
     method : "paper" (the default: Eq. 1 from random poses, then N = N_max), "dense" (the kit's own search, the default
     of a box to be found), or a baseline, "spectral", "dblf", "heightmap".
     count : exactly so many objects, without search ("paper"). time_limit : seconds. effort : tries ("dense").
-    clearance : metres that no two objects come nearer to each other; or one for each, of which the larger counts
-    between two. wall_clearance : the same from the wall, as much if None. The certificate's `gaps` say what they are.
+    clearance : metres that no two objects come nearer to each other. wall_clearance : the same from the wall, as much
+    if None. The certificate's `gaps` say what they are.
     settings : further ones by the names of `problem.Settings` (lambda_, epsilon, iterations, resolution, ...).
 
     Raises InputError for a setting that the method would ignore, a clearance below 0, for objects larger than
@@ -153,4 +161,5 @@ def pack(
         rounds=packed.rounds,
         losses=packed.history,
         device=str(chosen),
+        musts=[body.name for body in bodies if body.wishes.must],
     )

@@ -115,6 +115,7 @@ def describe(arrangement: Arrangement, certificate: Certificate, history: np.nda
                 "pose": matrix.tolist(),
                 "repair": list(body.notes),
             }
+            | ({} if body.wishes.turns is None else {"turns": body.wishes.turns.word})
             for body, matrix in zip(bodies, arrangement.matrices, strict=True)
         ],
         "container": {

@@ -50,6 +50,7 @@ def pack(options: argparse.Namespace) -> int:
         elevations_deg=options.elevations_deg,
         reading=_reading(options),
         progress=True,
+        parts=options.parts,
     )
     packed = pack_parts(
         bodies,
@@ -73,7 +74,9 @@ def pack(options: argparse.Namespace) -> int:
     packed.save(folder, {"object_scale": scale}, settled)
     within = _box(packed.container, options) if isinstance(container, FreeBox) else ""
     _say(f"{len(packed.bodies)} objects{within}", packed.density, packed.certificate, folder)
-    return 0 if packed.certificate.holds else 1
+    if packed.missing:
+        print(f"rasp: must go in, but found no place: {', '.join(packed.missing)}", file=sys.stderr)
+    return 0 if packed.certificate.holds and not packed.missing else 1
 
 
 def assemble(options: argparse.Namespace) -> int:
@@ -168,6 +171,7 @@ def sweep(options: argparse.Namespace) -> int:
     varied = grid(**weights, seed=range(options.seeds))
     fixed = {
         "objects": [str(Path(path).resolve()) for path in options.objects],
+        **({} if options.parts is None else {"parts": str(Path(options.parts).resolve())}),
         "container": _container(options, whole_path=True),
         "method": method,
         "device": options.device,

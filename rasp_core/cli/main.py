@@ -193,7 +193,10 @@ def _add_clearance(parser: argparse.ArgumentParser) -> None:
 
 def _add_problem(parser: argparse.ArgumentParser) -> None:
     """The arguments that one packing and many have in common."""
-    parser.add_argument("objects", nargs="+", metavar="OBJECTS", help="mesh files or folders of them")
+    parser.add_argument("objects", nargs="*", metavar="OBJECTS", help="mesh files or folders of them; part.stl*12")
+    parser.add_argument(
+        "--parts", metavar="CSV", help="a table: file, count, must, priority, turns, scale, clearance, colour"
+    )
     parser.add_argument("--container", required=True, help="box:X,Y,Z; a closed mesh; auto, auto:cube or auto:X,Y,*")
     parser.add_argument("--cavity", action="store_true", help="pack into what the container's mesh holds, not its wall")
     _add_reading(parser)

@@ -18,6 +18,7 @@ import numpy as np
 from ..util.errors import MeshError
 from .repair import repair as mend
 from .shells import to_manifold
+from .wishes import NO_WISHES, Wishes
 
 RESERVED = ("container", "world", "camera")  # nodes of a scene; an object of that name is a second one
 
@@ -33,6 +34,7 @@ class Body:
     centre : `(3,)`, where that origin lies in the coordinates of `vertices`. Poses turn bodies about it.
     volume : cubic metres, of the solid.
     notes : what was done to the file's surface to make it one, a line each. source : the file it came from.
+    wishes : how it may be turned, whether it must go in, and the like.
     core, growth : of a body that `growing.grown` made, the body inside it, and by how many metres it was grown.
     """
 
@@ -45,6 +47,7 @@ class Body:
     volume: float
     notes: tuple[str, ...] = ()
     source: str = ""
+    wishes: Wishes = NO_WISHES
     core: Body | None = None
     growth: float = 0.0
 

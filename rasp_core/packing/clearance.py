@@ -7,7 +7,7 @@ from the wall. Grown solids that do not overlap are then as far apart as was ask
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -49,11 +49,15 @@ class Clearance:
         return np.maximum(self.parts, least) - least / 2
 
 
-def clearance_of(count: int, clearance: float | Sequence[float] | None, wall: float | None) -> Clearance | None:
-    """What is asked for `count` bodies, None if nothing is. wall : the largest of the bodies' clearances if None."""
-    parts = np.broadcast_to(np.asarray(0.0 if clearance is None else clearance, np.float64), count)
-    asked = Clearance(parts, float(parts.max(initial=0.0) if wall is None else wall))
-    return asked if parts.any() or asked.wall else None
+def clearance_of(bodies: Sequence[Body], clearance: float | None, wall: float | None) -> Clearance | None:
+    """What is asked for bodies, None if nothing is.
+
+    clearance : metres, for those that do not ask for their own. wall : as much if None.
+    """
+    common = 0.0 if clearance is None else float(clearance)
+    own = [common if body.wishes.clearance is None else body.wishes.clearance for body in bodies]
+    asked = Clearance(np.array(own, np.float64), common if wall is None else float(wall))
+    return asked if asked.parts.any() or asked.wall else None
 
 
 def pack_apart(
@@ -100,7 +104,8 @@ def _grown(bodies: Sequence[Body], growth: np.ndarray, progress: bool) -> list[B
     large = []
     with progress_bar("clearance", "object", progress and len(bodies) > FEW_TO_GROW, len(bodies)) as bar:
         for body, radius in zip(bodies, growth.tolist(), strict=True):
-            large.append(grown(body, radius))
+            apart = replace(body.wishes, clearance=None)  # the search itself keeps none
+            large.append(replace(grown(body, radius), wishes=apart))
             bar.update()
     return large
 

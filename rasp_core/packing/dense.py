@@ -23,7 +23,7 @@ from ..util.progress import progress_bar
 from .constructive import FEW_VOXELS, Placement
 from .growth import Growth
 from .layout import Layout
-from .pool import check_sizes
+from .pool import Worth, check_sizes
 from .result import Packing, finish
 from .separation import Separation
 
@@ -88,7 +88,8 @@ class _Search:
         self.device = resolve_device(device)
         self.budget = budget
         self.random = np.random.default_rng(settings.seed)
-        self.volumes = np.array([body.volume for body in pool]) / container.volume
+        self.worth = Worth(pool)
+        self.volumes = self.worth.volumes / container.volume
         self.layout = Layout.empty()
         self.history: list[np.ndarray] = []
         self.pulls: list[np.ndarray] = []
@@ -118,7 +119,7 @@ class _Search:
         while len(self.layout) and done < rebuildings and not self.budget.spent(fraction):
             spectral.rebuild(lambda: self.budget.spent(fraction))
             done += 1
-            if spectral.density > self.density + 1e-9:
+            if self._better(spectral.layout, 1e-9):
                 self._take(spectral)
 
     def _take(self, spectral: Placement) -> None:
@@ -128,8 +129,13 @@ class _Search:
             # voxels cover what touches them, so this is for what the voxeliser's rounding lets through
             names = [fault.first for fault in certificate.overlaps] + [p.body for p in certificate.protrusions]
             layout = layout.take([i for i, index in enumerate(layout.chosen) if self.pool[index].name != names[0]])
-        if self._density(layout) > self.density:
+        if self._better(layout):
             self._keep(layout)
+
+    def _better(self, layout: Layout, by: float = 0.0) -> bool:
+        """Whether a layout is worth more than the best so far; by : density, if only that tells."""
+        told = self.worth.compared(layout.chosen, self.layout.chosen)
+        return told > 0 or (told == 0 and self._density(layout) > self.density + by)
 
     # -- growth ------------------------------------------------------------------------------------------------------
 

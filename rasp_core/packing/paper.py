@@ -33,7 +33,7 @@ from ..util.errors import InputError
 from ..util.progress import progress_bar
 from .growth import Growth
 from .layout import Layout
-from .pool import check_sizes
+from .pool import Worth, check_sizes
 from .result import Packing, finish
 from .separation import Separation
 
@@ -86,7 +86,7 @@ def pack(
     check_sizes(bodies, container)
     if count is not None and not 1 <= count <= len(bodies):
         raise InputError(f"count must lie between 1 and the {len(bodies)} objects given, got {count}")
-    order = np.random.default_rng(settings.seed).permutation(len(bodies))
+    order = Worth(bodies).first(np.random.default_rng(settings.seed).permutation(len(bodies)))
     chosen = [int(i) for i in order[: count or initial_count(bodies, container)]]
     run = _Run(bodies, container, chosen, settings, device, time_limit, progress)
     with run.bar:
@@ -237,7 +237,9 @@ class _Run:
         for protrusion in self.certificate.protrusions:
             at_fault[protrusion.body] += protrusion.volume
         fraction = np.array([at_fault[body.name] / body.volume for body in bodies])
-        self.layout = self.layout.take(sorted(np.argsort(-fraction, kind="stable")[count:].tolist()))
+        rank = Worth(self.pool).rank[self.layout.chosen]
+        rank = np.where(fraction > 0, rank, rank.max() + 1)  # of those at fault the least ranks first
+        self.layout = self.layout.take(sorted(np.lexsort((-fraction, rank))[count:].tolist()))
 
 
 def _simplified(body: Body) -> Body:

@@ -20,7 +20,7 @@ from ..geometry.containers import MARGIN, Container
 from ..geometry.meshes import Body
 from ..geometry.sdf import GridStack
 from ..optimizer import Step, init, run
-from ..poses import Poses
+from ..poses import Poses, snapped
 from ..problem import Problem, Settings
 from ..scene import Scene
 from .layout import Layout
@@ -204,7 +204,8 @@ class Separation:
         self.pulls.append(state.pulled())
         rotation, translation = layout.poses.rotation.double().clone(), layout.poses.translation.double().clone()
         found = state.poses()
-        rotation[seen], translation[seen] = found.rotation.double().cpu(), found.translation.double().cpu()
+        rotation[seen] = snapped(part.bodies(self.pool), found.rotation.double().cpu())
+        translation[seen] = found.translation.double().cpu()
         return Layout(layout.chosen, Poses(rotation, translation))
 
     def _obstacles(self, layout: Layout, movers: Sequence[int]) -> list[int]:

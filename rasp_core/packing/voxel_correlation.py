@@ -39,18 +39,6 @@ class VoxelTuning:
 TUNING = VoxelTuning()
 
 
-def quarter_turns() -> np.ndarray:
-    """The 24 rotations that map axes onto axes, `(24, 3, 3)`, the identity first."""
-    found = []
-    for axes in ((0, 1, 2), (1, 2, 0), (2, 0, 1), (0, 2, 1), (2, 1, 0), (1, 0, 2)):
-        for signs in np.ndindex(2, 2, 2):
-            turn = np.zeros((3, 3))
-            turn[range(3), axes] = 1 - 2 * np.array(signs)
-            if np.linalg.det(turn) > 0:
-                found.append(turn)
-    return np.array(found)
-
-
 def choose_voxel(bodies: Sequence[Body], container: Container) -> float:
     """The voxel's edge in metres: fine, or the coarsest that covers the objects as closely.
 

@@ -211,3 +211,24 @@ def test_slices_can_take_the_place_of_silhouettes(cans, tmp_path):
     arguments = ["--method", "paper", "--shadow", "slices", *SMALL, "--out", str(tmp_path / "out")]
     assert main(["pack", str(cans), "--container", BOX, *arguments]) == 0
     assert json.loads((tmp_path / "out" / "result.json").read_text())["settings"]["shadow"] == "slices"
+
+
+def test_a_table_says_what_goes_in(cans, tmp_path, capsys):
+    table = tmp_path / "parts.csv"
+    table.write_text("file,count,must,turns\ncans/can0.stl,3,,z\ncans/can3.stl,2,yes,none\n")
+    out = tmp_path / "out"
+    command = ["pack", "--parts", str(table), f"{cans / 'can1.stl'}*2", "--container", "box:0.2,0.2,0.06"]
+    assert main([*command, "--method", "spectral", "--out", str(out)]) == 0
+    record = json.loads((out / "result.json").read_text())
+    names = [entry["name"].split("#")[0] for entry in record["objects"]]
+    assert (names.count("can0"), names.count("can1"), names.count("can3")) == (3, 2, 2)
+    assert record["missing"] == []
+    assert {entry.get("turns") for entry in record["objects"]} == {"z", "none", None}
+    capsys.readouterr()
+    table.write_text("file,count,must\ncans/can3.stl,9,yes\n")
+    command = ["pack", "--parts", str(table), "--container", "box:0.15,0.15,0.06", "--method", "spectral"]
+    assert main([*command, "--out", str(out)]) == 1
+    assert "rasp: must go in, but found no place: can3#" in capsys.readouterr().err
+    table.write_text("file,count\ncans/can3.stl,few\n")
+    assert main([*command, "--out", str(out)]) == 2
+    assert "row 2, column count: a whole number" in capsys.readouterr().err

@@ -1,5 +1,7 @@
 """Clearances are kept by every method, judged on the bodies themselves."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
@@ -9,6 +11,7 @@ from rasp_core.exact.gaps import measure
 from rasp_core.geometry.containers import Container, box, parse
 from rasp_core.geometry.growing import grown
 from rasp_core.geometry.meshes import make_body, unique_names
+from rasp_core.geometry.wishes import Wishes
 from rasp_core.packing import methods
 from rasp_core.packing.clearance import Clearance, clearance_of
 from rasp_core.problem import Settings
@@ -97,7 +100,8 @@ def test_what_fits_exactly_fits():
 def test_a_body_may_ask_for_more_than_the_others():
     bodies, room = blocks_and_cans(6), box((0.2, 0.16, 0.14))
     asked = [0.002] * 5 + [0.015]
-    packed = methods.search("spectral", bodies, room, settings=QUICK, clearance=asked, wall_clearance=0.002)
+    bodies[5] = replace(bodies[5], wishes=Wishes(clearance=0.015))
+    packed = methods.search("spectral", bodies, room, settings=QUICK, clearance=0.002)
     assert packed.certificate.gaps.holds
     for i, one in enumerate(packed.bodies):
         for j, other in enumerate(packed.bodies[:i]):
@@ -118,13 +122,13 @@ def test_growth_of_two_is_at_least_what_the_larger_asks():
 )
 def test_clearances_that_are_no_lengths_are_refused(clearance, wall, message):
     with pytest.raises(InputError, match=message):
-        clearance_of(3, clearance, wall)
+        clearance_of(blocks_and_cans(3), clearance, wall)
 
 
 def test_nothing_is_asked_for_by_zeros():
-    assert clearance_of(3, 0.0, None) is None
-    assert clearance_of(3, None, None) is None
-    assert clearance_of(3, 0.002, None).wall == 0.002
+    assert clearance_of(blocks_and_cans(3), 0.0, None) is None
+    assert clearance_of(blocks_and_cans(3), None, None) is None
+    assert clearance_of(blocks_and_cans(3), 0.002, None).wall == 0.002
 
 
 def test_what_leaves_no_room_is_refused():
