@@ -13,6 +13,7 @@ import numpy as np
 from ..density import voxel_density
 from ..geometry.containers import Container, FreeBox
 from ..geometry.meshes import Body
+from ..io.exports import formats
 from ..packing import methods
 from ..physics import disassembly, gravity
 from ..problem import Settings
@@ -84,14 +85,21 @@ class PackingResult(Result):
             "removal": self.removal.to_dict(),
         } | ({"missing": self.missing} if self.musts else {})
 
-    def save(self, folder: str | Path, facts: Mapping | None = None, settled: gravity.Settled | None = None) -> Path:
-        """As `Result.save`; settled : the packing at rest, written as settled.glb beside it."""
+    def save(
+        self,
+        folder: str | Path,
+        facts: Mapping | None = None,
+        settled: gravity.Settled | None = None,
+        export: str = "",
+    ) -> Path:
+        """As `Result.save`; settled : the packing at rest, written as settled.glb beside it. export : "3mf,stl,csv" or
+        some of them: a named object for each part, in millimetres; one mesh of all; a table of poses."""
         from .run_folder import save_run
 
-        facts, scenes = self.record() | dict(facts or {}), {}
+        exports, facts, scenes = formats(export), self.record() | dict(facts or {}), {}
         if settled is not None:
             facts["settled"], scenes["settled.glb"] = settled.to_dict(), settled.matrices
-        return save_run(folder, self.arrangement, self.certificate, facts, self.losses, scenes)
+        return save_run(folder, self.arrangement, self.certificate, facts, self.losses, scenes, exports=exports)
 
 
 def pack(

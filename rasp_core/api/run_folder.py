@@ -13,7 +13,7 @@ import os
 import platform
 import shutil
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
@@ -23,6 +23,8 @@ from PIL import Image
 
 from ..art.texturing import Painted
 from ..exact.certificate import Certificate
+from ..geometry.meshes import Body
+from ..io.exports import WRITERS, PlacedPart
 from ..objective import LOSS_NAMES
 from ..optimizer import Arrangement
 from ..util.errors import InputError
@@ -58,12 +60,14 @@ def save_run(
     scenes: Mapping[str, np.ndarray] | None = None,
     images: Mapping[str, np.ndarray] | None = None,
     painted: Painted | None = None,
+    exports: Sequence[str] = (),
 ) -> Path:
     """Write a run's folder; each file appears whole or not at all.
 
     facts : further entries of result.json. history : `(I, 5)` losses, the arrangement's own where None.
     scenes : further scenes' file names, and the poses `(N, 4, 4)` that the bodies have in them. images : further
-    pictures' file names, and pixels uint8. painted : the bodies' colours in scene.glb.
+    pictures' file names, and pixels uint8. painted : the bodies' colours in scene.glb. exports : formats
+    of `io.exports.WRITERS`, each a file `parts.FORMAT`.
     Raises InputError where the folder cannot be written.
     """
     folder = check_writable(folder)
@@ -78,6 +82,8 @@ def save_run(
         write_scene(work / "scene.glb", bodies, arrangement.matrices, container, painted)
         for name, matrices in (scenes or {}).items():
             write_scene(work / name, bodies, matrices, container)
+        for word in exports:
+            WRITERS[word](work / f"parts.{word}", _placed_parts(bodies, arrangement.matrices))
         record = {**describe(arrangement, certificate, history), **facts}
         (work / RECORD).write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
         with (work / "history.csv").open("w", newline="", encoding="utf-8") as file:
@@ -99,6 +105,16 @@ def save_run(
     finally:
         shutil.rmtree(work, ignore_errors=True)
     return folder
+
+
+def _placed_parts(bodies: Sequence[Body], matrices: np.ndarray) -> list[PlacedPart]:
+    found = []
+    for body, matrix in zip(bodies, matrices, strict=True):
+        pose = matrix.copy()  # of what is written about the body's centre, where numbers keep their digits
+        pose[:3, 3] += pose[:3, :3] @ body.centre
+        solid = body.solid_vertices, body.solid_faces  # closed, as slicers want it
+        found.append(PlacedPart(body.name, body.source, body.digest, *solid, pose, matrix))
+    return found
 
 
 def describe(arrangement: Arrangement, certificate: Certificate, history: np.ndarray) -> dict:

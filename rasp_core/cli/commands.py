@@ -30,6 +30,7 @@ def pack(options: argparse.Namespace) -> int:
         from ..api.pack import pack as pack_parts
         from ..api.run_folder import check_writable
         from ..geometry.containers import FreeBox
+        from ..io.exports import formats
         from ..packing import methods
 
     count = count_of(options.count)
@@ -38,6 +39,7 @@ def pack(options: argparse.Namespace) -> int:
     check_slices(options, [options.shadow])
     if options.settle and _given(options, *CLEARANCES):
         raise InputError("--settle lets objects fall onto each other, which leaves no gaps; give it or a clearance")
+    formats(options.export)
     folder = check_writable(options.out)
     method = _method(options, _given(options, "time_limit", "effort", *SETTINGS) | _counted(count))
     bodies, container, scale = methods.load(
@@ -71,7 +73,7 @@ def pack(options: argparse.Namespace) -> int:
     settled = packed.settle() if options.settle else None
     for line in settled.lines() if settled else ():
         print(f"rasp: {line}", file=sys.stderr)
-    packed.save(folder, {"object_scale": scale}, settled)
+    packed.save(folder, {"object_scale": scale}, settled, options.export)
     within = _box(packed.container, options) if isinstance(container, FreeBox) else ""
     _say(f"{len(packed.bodies)} objects{within}", packed.density, packed.certificate, folder)
     if packed.missing:

@@ -93,6 +93,7 @@ def _parser() -> _Parser:
     pack.add_argument("--shadow", metavar="NAME", help="silhouette (default), or thickness or slices: the kit's own")
     pack.add_argument("--seed", type=_seed, default=0)
     pack.add_argument("--settle", action="store_true", help="let the packing fall under gravity, and judge it anew")
+    pack.add_argument("--export", default="", metavar="FORMATS", help="of 3mf,stl,csv: the parts in their places")
     pack.add_argument("--out", type=Path, default=Path("out"), help="the run's folder (default: out)")
     pack.set_defaults(run=commands.pack)
 

@@ -7,6 +7,7 @@ import pytest
 import trimesh
 
 from rasp_core.cli.main import main
+from tests import judge
 
 BOX = "box:0.2,0.2,0.2"
 SMALL = ["--iterations", "60", "--resolution", "64"]
@@ -232,3 +233,16 @@ def test_a_table_says_what_goes_in(cans, tmp_path, capsys):
     table.write_text("file,count\ncans/can3.stl,few\n")
     assert main([*command, "--out", str(out)]) == 2
     assert "row 2, column count: a whole number" in capsys.readouterr().err
+
+
+def test_parts_are_exported_in_their_places(cans, tmp_path):
+    out = tmp_path / "out"
+    command = ["pack", str(cans / "can0.stl") + "*2", "--container", BOX, "--method", "spectral", "--out", str(out)]
+    assert main([*command, "--export", "3mf,stl,csv"]) == 0
+    shown = np.concatenate([np.reshape(s.bounding_box(), (2, 3)) for s, _ in judge.read(out / "scene.glb").values()])
+    for name in ("parts.3mf", "parts.stl"):
+        corners = np.concatenate([mesh.vertices for mesh in trimesh.load_scene(out / name).dump()]) / 1000
+        assert corners.min(0) == pytest.approx(shown.min(0), abs=1e-6)
+        assert corners.max(0) == pytest.approx(shown.max(0), abs=1e-6)
+    assert len((out / "parts.csv").read_text().splitlines()) == 3
+    assert main([*command, "--export", "step"]) == 2
