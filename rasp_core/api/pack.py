@@ -4,22 +4,24 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
 from ..density import voxel_density
+from ..exact.certificate import certify
 from ..geometry.containers import Container, FreeBox
-from ..geometry.meshes import Body
+from ..geometry.meshes import Body, named_apart
+from ..geometry.zones import without
 from ..io.exports import formats
 from ..packing import methods
 from ..physics import disassembly, gravity
 from ..problem import Settings
 from ..util.devices import resolve_device
 from ..util.errors import InputError
-from .inputs import as_bodies, as_container
+from .inputs import as_bodies, as_container, as_fixed
 from .result import Result
 
 VOXELS = 160  # along the container's longest edge, in which the density is counted again
@@ -29,7 +31,8 @@ VOXELS = 160  # along the container's longest edge, in which the density is coun
 class PackingResult(Result):
     """A packing of some of a pool's objects.
 
-    method : that found it. chosen : indices into the pool, in the order of `bodies`. pool : how many there were.
+    method : that found it. chosen : indices into the pool, in the order of `bodies`, whose last may be fixed ones.
+    pool : how many there were.
     musts : names of those that must go in. rounds : what each round left. losses : `(I, 5)` of every iteration of every
     round.
     """
@@ -49,11 +52,21 @@ class PackingResult(Result):
 
     def headline(self) -> str:
         """What it is, in one line."""
-        return f"Packing {len(self.bodies)} of {self.pool} objects, density {self.density:.3f}, {self.verdict}"
+        return f"Packing {self._counted}, density {self.density:.3f}, {self.verdict}"
 
     def table(self) -> dict[str, str]:
         """Its facts in words, for a small table."""
-        return {"method": self.method, **super().table(), "objects": f"{len(self.bodies)} of {self.pool}"}
+        return {"method": self.method, **super().table(), "objects": self._counted.replace(" objects", "")}
+
+    @property
+    def _counted(self) -> str:
+        around = f" around {len(self.fixed)}" if self.fixed else ""
+        return f"{len(self.chosen)} of {self.pool} objects{around}"
+
+    @property
+    def fixed(self) -> list[str]:
+        """Names of the objects that were there before, the last of `bodies`."""
+        return [body.name for body in self.bodies if body.wishes.fixed]
 
     @cached_property
     def missing(self) -> list[str]:
@@ -66,8 +79,15 @@ class PackingResult(Result):
         return disassembly.remove_all(self.bodies, self.matrices)
 
     def settle(self) -> gravity.Settled:
-        """Where the objects come to rest under gravity, certified again."""
-        return gravity.settle(self.bodies, self.matrices, self.container)
+        """Where the objects come to rest under gravity, certified again: with the same clearance, if one was asked for,
+        which objects that rest on each other do not keep. Raises InputError where some are fixed."""
+        if self.fixed:
+            raise InputError("what is fixed does not fall, and nothing settles about it; leave out --settle or --fixed")
+        settled, gaps = gravity.settle(self.bodies, self.matrices, self.container), self.certificate.gaps
+        if gaps is None:
+            return settled
+        asked = gaps.of(self.bodies), gaps.wall_clearance
+        return replace(settled, certificate=certify(self.bodies, settled.matrices, self.container, clearance=asked))
 
     def record(self) -> dict:
         """Further entries of result.json: density by voxels too, and whether the objects come apart."""
@@ -83,7 +103,8 @@ class PackingResult(Result):
             "device": self.device,
             "seconds": self.seconds,
             "removal": self.removal.to_dict(),
-        } | ({"missing": self.missing} if self.musts else {})
+            **({"missing": self.missing} if self.musts else {}),
+        }
 
     def save(
         self,
@@ -115,6 +136,9 @@ def pack(
     wall_clearance: float | None = None,
     device: str = "auto",
     progress: bool = False,
+    unit: str = "m",
+    fixed: str | Path | Sequence[Body] | Sequence[str | Path] = (),
+    keep_out: str | Path | Sequence[Body] | Sequence[str | Path] = (),
     **settings,
 ) -> PackingResult:
     """Pack rigid objects into a container so that no two overlap, and certify it by exact booleans.
@@ -126,7 +150,10 @@ def pack(
     of a box to be found), or a baseline, "spectral", "dblf", "heightmap".
     count : exactly so many objects, without search ("paper"). time_limit : seconds. effort : tries ("dense").
     clearance : metres that no two objects come nearer to each other. wall_clearance : the same from the wall, as much
-    if None. The certificate's `gaps` say what they are.
+    if None. The certificate's `gaps` say what they are. unit : "mm", "cm", "m" or "inch", that errors are written in.
+    fixed : objects that lie in the container already, in its coordinates (a box is about the origin): a run's folder,
+    mesh files or bodies. The others go around them, and the certificate judges all. keep_out : closed meshes, zones
+    that stay free; what is left of the container counts as the container, and their surface as its wall.
     settings : further ones by the names of `problem.Settings` (lambda_, epsilon, iterations, resolution, ...).
 
     Raises InputError for a setting that the method would ignore, a clearance below 0, for objects larger than
@@ -139,7 +166,8 @@ def pack(
     <Packing 6 of 6 objects, density 0.053, certified>
     """
     began = time.monotonic()
-    bodies, room = as_bodies(parts), as_container(container)
+    bodies, room, there = as_bodies(parts), with_zones(as_container(container), keep_out), as_fixed(fixed)
+    bodies = named_apart(bodies, there)
     method = methods.resolve_method(method, room)
     given = {"count": count, "time_limit": time_limit, "effort": effort}
     known = {field.name for field in fields(Settings)} - {"seed"}
@@ -157,6 +185,8 @@ def pack(
         progress=progress,
         clearance=clearance,
         wall_clearance=wall_clearance,
+        unit=unit,
+        fixed=there,
         **given,
     )
     return PackingResult(
@@ -164,10 +194,20 @@ def pack(
         certificate=packed.certificate,
         seconds=time.monotonic() - began,
         method=method,
-        chosen=packed.chosen,
+        chosen=[i for i in packed.chosen if i < len(bodies)],
         pool=len(bodies),
         rounds=packed.rounds,
         losses=packed.history,
         device=str(chosen),
         musts=[body.name for body in bodies if body.wishes.must],
     )
+
+
+def with_zones(
+    container: Container | FreeBox, keep_out: str | Path | Sequence[Body] | Sequence[str | Path]
+) -> Container | FreeBox:
+    """The container without zones that stay free. Raises InputError for a box to be found, and as `without` does."""
+    zones = as_bodies(keep_out) if isinstance(keep_out, str | Path) or len(keep_out) else []
+    if zones and isinstance(container, FreeBox):
+        raise InputError("zones to keep out need a container that is given; a box to be found has no place yet")
+    return without(container, zones) if zones else container

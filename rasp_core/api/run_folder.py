@@ -107,6 +107,20 @@ def save_run(
     return folder
 
 
+def recorded(scene: Path) -> dict:
+    """What result.json says of a run, or of the run beside a scene; an empty certificate where there is none.
+
+    Raises InputError where it cannot be read.
+    """
+    path = (scene if scene.is_dir() else scene.parent) / RECORD
+    if not path.exists():
+        return {"certificate": {}}
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot be read ({error}); give the run's scene in a folder of its own") from error
+
+
 def _placed_parts(bodies: Sequence[Body], matrices: np.ndarray) -> list[PlacedPart]:
     found = []
     for body, matrix in zip(bodies, matrices, strict=True):
@@ -132,6 +146,7 @@ def describe(arrangement: Arrangement, certificate: Certificate, history: np.nda
                 "repair": list(body.notes),
             }
             | ({} if body.wishes.turns is None else {"turns": body.wishes.turns.word})
+            | ({"fixed": True} if body.wishes.fixed else {})
             for body, matrix in zip(bodies, arrangement.matrices, strict=True)
         ],
         "container": {

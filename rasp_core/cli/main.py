@@ -92,6 +92,13 @@ def _parser() -> _Parser:
     pack.add_argument("--weighting", metavar="NAME", help="how Eq. 1 weighs its terms (default: summed)")
     pack.add_argument("--shadow", metavar="NAME", help="silhouette (default), or thickness or slices: the kit's own")
     pack.add_argument("--seed", type=_seed, default=0)
+    pack.add_argument(
+        "--fixed", action="append", metavar="FILE", help="a run or meshes whose objects stay in their places"
+    )
+    pack.add_argument(
+        "--boxes", metavar="N", help="all objects in at most N boxes like the container; auto: as few as go"
+    )
+    pack.add_argument("--keep-out", action="append", metavar="FILE", help="a closed mesh, a zone that stays free")
     pack.add_argument("--settle", action="store_true", help="let the packing fall under gravity, and judge it anew")
     pack.add_argument("--export", default="", metavar="FORMATS", help="of 3mf,stl,csv: the parts in their places")
     pack.add_argument("--out", type=Path, default=Path("out"), help="the run's folder (default: out)")

@@ -126,7 +126,7 @@ class _Faults:
         volume = solid.volume()
         if volume <= 0:
             return
-        strict = all(self.bodies[i].core is not None for i in movers)
+        strict = any(self.bodies[i].grown for i in movers)
         if strict and self._clear(*movers):
             return
         fraction = volume / min(self.bodies[i].volume for i in movers)

@@ -92,19 +92,20 @@ def read_table(path: str | Path, reading: Reading = METRES) -> list[Item]:
     path = Path(path)
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
+            lines = csv.reader(file)
+            rows = [(lines.line_num, row) for row in lines if any(cell.strip() for cell in row)]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         reason = getattr(error, "strerror", None) or "it is no text in UTF-8 with commas"
         raise InputError(f"{path}: the table cannot be read ({reason})") from error
     if len(rows) < 2:
         raise InputError(f"{path}: the table needs a line of column names and a row for each part")
-    names = [OTHER_NAMES.get(cell.strip().lower(), cell.strip().lower()) for cell in rows[0]]
+    names = [OTHER_NAMES.get(cell.strip().lower(), cell.strip().lower()) for cell in rows[0][1]]
     for column, name in enumerate(names, 1):
         if name not in ("file", *COLUMNS) or names.count(name) > 1:
             raise InputError(f"{path}: column {column} is called {name!r}; use each once of file, {', '.join(COLUMNS)}")
     if "file" not in names:
         raise InputError(f"{path}: has no column file, the part's mesh")
-    return [_item(path, number, names, row, reading) for number, row in enumerate(rows[1:], 2)]
+    return [_item(path, number, names, row, reading) for number, row in rows[1:]]
 
 
 def _item(path: Path, number: int, names: Sequence[str], row: Sequence[str], reading: Reading) -> Item:

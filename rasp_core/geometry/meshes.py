@@ -57,6 +57,16 @@ class Body:
         data = self.solid_vertices.astype("<f8").tobytes() + self.solid_faces.astype("<i8").tobytes()
         return hashlib.sha256(data).hexdigest()
 
+    @property
+    def grown(self) -> bool:
+        """Whether what counts is that the body inside keeps clear of others, see `growing.grown`."""
+        return self.growth > 0
+
+    @property
+    def inside(self) -> Body:
+        """The body inside a grown one, else the body itself."""
+        return self if self.core is None else self.core
+
     @cached_property
     def half_extents(self) -> np.ndarray:
         """`(3,)`, half the edges of the solid's bounding box, which is centred on the origin."""
@@ -80,7 +90,8 @@ class Body:
     def scaled(self, factor: float) -> Body:
         """The body with every length multiplied by `factor`."""
         lengths = {key: getattr(self, key) * factor for key in ("vertices", "solid_vertices", "centre")}
-        return replace(self, **lengths, volume=self.volume * factor**3)
+        core = None if self.core is None else self.core.scaled(factor)
+        return replace(self, **lengths, volume=self.volume * factor**3, core=core, growth=self.growth * factor)
 
 
 _WITH_SOLID: weakref.WeakSet[Body] = weakref.WeakSet()
@@ -164,3 +175,21 @@ def unique_names(bodies: Sequence[Body]) -> list[Body]:
         name = stem if seen[stem] == 1 else f"{stem}#{seen[stem]}"
         named.append(body if name == body.name else replace(body, name=name))
     return named
+
+
+def named_apart(bodies: Sequence[Body], others: Sequence[Body]) -> list[Body]:
+    """The bodies, with higher numbers than others have where their names are the same but for numbers."""
+    highest: dict[str, int] = {}
+    for body in others:
+        stem, number = _numbered(body.name)
+        highest[stem] = max(number, highest.get(stem, 0))
+    split = [(body, *_numbered(body.name)) for body in bodies]
+    return [
+        replace(body, name=f"{stem}#{number + highest[stem]}") if stem in highest else body
+        for body, stem, number in split
+    ]
+
+
+def _numbered(name: str) -> tuple[str, int]:
+    stem, _, number = name.partition("#")
+    return stem, int(number) if number.isdecimal() else 1

@@ -68,7 +68,7 @@ class Wishes:
 
     turns : None for any. must : it goes in before others, or the packing is said to lack it. priority : of the others
     the larger go in first. clearance : metres, None for that of all. colour : red, green, blue in [0, 1], None for one
-    of the kit's.
+    of the kit's. fixed : it was there before, and stays where its file has it.
     """
 
     turns: Turns | None = None
@@ -76,6 +76,7 @@ class Wishes:
     priority: float = 0.0
     clearance: float | None = None
     colour: tuple[float, float, float] | None = None
+    fixed: bool = False
 
 
 NO_WISHES = Wishes()

@@ -2,25 +2,33 @@
 
 Every body is grown by half of what is to be kept between two, the container shrunk by the rest of what is to be kept
 from the wall. Grown solids that do not overlap are then as far apart as was asked; nothing else of a search changes.
+Fixed bodies are zones without which the container is searched. Of bodies with unequal clearances, two that ask for more
+than the least keep more than that from each other and from the wall.
 """
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from numbers import Real
 
 import numpy as np
 import torch
 
+from ..exact.certificate import certify
+from ..exact.gaps import check_lengths
 from ..geometry.containers import Container, FreeBox, box
 from ..geometry.growing import grown, shrunk
 from ..geometry.meshes import Body
-from ..poses import Poses
+from ..geometry.zones import without
+from ..poses import Poses, join
 from ..util.errors import InputError
 from ..util.progress import progress_bar
 from .enclosing_box import enclosing_box
 from .result import Packing, finish
 
+LEAST_SECONDS = 1e-3  # that are left to a search, however long growing took
 LEAST_GROWTH = 1e-3  # of the wall clearance: grown bodies are judged more strictly than others
 FEW_TO_GROW = 4  # bodies, up to which growing shows no bar
 
@@ -37,10 +45,8 @@ class Clearance:
     wall: float
 
     def __post_init__(self):
-        for name, values in (("clearance", self.parts), ("wall clearance", np.array([self.wall]))):
-            if not np.isfinite(values).all() or (values < 0).any():
-                wrong = values[~(np.isfinite(values) & (values >= 0))][0]
-                raise InputError(f"a {name} must be a length of 0 or more, got {wrong:g} m")
+        check_lengths("clearance", self.parts)
+        check_lengths("wall clearance", np.array(self.wall))
 
     @property
     def growth(self) -> np.ndarray:
@@ -49,55 +55,117 @@ class Clearance:
         return np.maximum(self.parts, least) - least / 2
 
 
-def clearance_of(bodies: Sequence[Body], clearance: float | None, wall: float | None) -> Clearance | None:
+def clearance_of(
+    bodies: Sequence[Body], clearance: float | None = None, wall_clearance: float | None = None
+) -> Clearance | None:
     """What is asked for bodies, None if nothing is.
 
-    clearance : metres, for those that do not ask for their own. wall : as much if None.
+    clearance : metres, for those that do not ask for their own. wall_clearance : as much if None. Raises InputError for
+    what is no length.
     """
+    for name, length in (("clearance", clearance), ("wall clearance", wall_clearance)):
+        if not isinstance(length, Real | None):
+            raise InputError(f"a {name} is one length in metres, got {length}; give parts their own by rasp.Item")
     common = 0.0 if clearance is None else float(clearance)
     own = [common if body.wishes.clearance is None else body.wishes.clearance for body in bodies]
-    asked = Clearance(np.array(own, np.float64), common if wall is None else float(wall))
+    asked = Clearance(np.array(own, np.float64), common if wall_clearance is None else float(wall_clearance))
     return asked if asked.parts.any() or asked.wall else None
 
 
+def asked_of(bodies: Sequence[Body], record: dict) -> tuple[list[Body], dict[str, float]]:
+    """What a run's result.json says was asked: the bodies with their own clearances, by their names, and those of all,
+    by the names of `clearance_of`; none where nothing was. Raises InputError where it makes no sense.
+    """
+    try:
+        gaps = record["certificate"].get("gaps")
+        own = {} if gaps is None else {name: float(length) for name, length in gaps["clearances"].items()}
+        common = {} if gaps is None else {name: float(gaps[name]) for name in ("clearance", "wall_clearance")}
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        raise InputError("what the run's result.json asks for cannot be read; give --clearance") from error
+    there = {entry["name"] for entry in record.get("objects", ()) if entry.get("fixed")}
+    wished = [replace(body.wishes, clearance=own.get(body.name), fixed=body.name in there) for body in bodies]
+    return [replace(body, wishes=wishes) for body, wishes in zip(bodies, wished, strict=True)], common
+
+
 def pack_apart(
-    search: Callable[[Sequence[Body], Container | FreeBox], Packing],
+    search: Callable[..., Packing],
     bodies: Sequence[Body],
     container: Container | FreeBox,
-    clearance: Clearance,
+    clearance: Clearance | None,
+    fixed: Sequence[Body] = (),
     device: str | torch.device = "cpu",
+    time_limit: float | None = None,
     progress: bool = False,
 ) -> Packing:
     """What `search` packs of grown bodies in the shrunk container, as a packing of the bodies in the container.
 
-    Its certificate says what the gaps are. Raises InputError as `search` does, and if nothing of the container is as
-    far from its wall as is asked.
+    search : called with bodies, a container and the `time_limit` in seconds that growing left. clearance : of the
+    bodies and then the fixed ones, None if nothing is asked. fixed : bodies that lie in the container already; what
+    they cover, grown too, is no place for the others. They are the last of the packing's bodies and of its pool.
+    The certificate says what the gaps are. Raises InputError as `search` does, if fixed bodies overlap or stick out,
+    and if nothing of the container is as far from its wall as is asked.
     """
-    growth = clearance.growth
-    margin = clearance.wall - float(growth.min())
+    _check_fixed(fixed, container)
+    asked = Clearance(np.zeros(len(bodies) + len(fixed)), 0.0) if clearance is None else clearance
+    began, growth = time.monotonic(), asked.growth
+    margin = asked.wall - float(growth.min(initial=np.inf))
     room = _shrunk_box(container, margin) if isinstance(container, FreeBox) else shrunk(container, margin)
-    packed = search(_grown(bodies, growth, progress), room)
-    chosen = [bodies[i] for i in packed.chosen]
+    pool = [*bodies, *fixed]
+    large = _grown(pool, growth, progress)
+    if fixed:
+        room = without(room, large[len(bodies) :], whole=container)
+    left = None if time_limit is None else max(LEAST_SECONDS, time_limit - (time.monotonic() - began))
+    packed = search(large[: len(bodies)], room, time_limit=left)
+    chosen = [pool[i] for i in packed.chosen]
     matrices = torch.from_numpy(packed.matrices)
     centres = torch.from_numpy(np.array([body.centre for body in chosen]))
     rotation = matrices[:, :3, :3]
     poses = Poses(rotation, matrices[:, :3, 3] + (rotation @ centres[:, :, None])[:, :, 0])
     if isinstance(container, FreeBox):
-        closest, poses = enclosing_box(chosen, poses, _shrunk_box(container, clearance.wall))
-        container = box([e or size + 2 * clearance.wall for e, size in zip(container.edges, closest.size, strict=True)])
-    return finish(
-        bodies,
-        packed.chosen,
-        poses,
-        container,
-        packed.arrangement.settings,
-        device,
-        history=[packed.history],
-        rounds=packed.rounds,
-        pulls=[packed.arrangement.pulls],
-        interrupted=packed.arrangement.interrupted,
-        clearance=(clearance.parts[packed.chosen], clearance.wall),
-    )
+        closest, poses = enclosing_box(chosen, poses, _shrunk_box(container, asked.wall))
+        container = box([e or size + 2 * asked.wall for e, size in zip(container.edges, closest.size, strict=True)])
+
+    def finished(positions: Sequence[int]) -> Packing:
+        indices = [*(packed.chosen[i] for i in positions), *range(len(bodies), len(pool))]
+        return finish(
+            pool,
+            indices,
+            join(poses.take(positions), _as_they_lie(fixed)),
+            container,
+            packed.arrangement.settings,
+            device,
+            history=[packed.history],
+            rounds=packed.rounds,
+            pulls=[packed.arrangement.pulls],
+            interrupted=packed.arrangement.interrupted,
+            clearance=None if clearance is None else (asked.parts[indices], asked.wall),
+        )
+
+    kept = list(range(len(chosen)))
+    found = finished(kept)
+    if packed.certificate.holds and not found.certificate.holds and fixed:
+        # what is tolerated of a body in a fixed one may be too much of the fixed one, where that is the smaller
+        faults = {name for one in found.certificate.overlaps for name in (one.first, one.second)}
+        kept = [i for i in kept if chosen[i].name not in faults]
+        found = finished(kept)
+    return found
+
+
+def _check_fixed(fixed: Sequence[Body], container: Container | FreeBox) -> None:
+    if not fixed:
+        return
+    if isinstance(container, FreeBox):
+        raise InputError("what is fixed needs a container that is given; a box to be found has no place yet")
+    certificate = certify(fixed, np.tile(np.eye(4), (len(fixed), 1, 1)), container)
+    if not certificate.holds:
+        raise InputError(
+            f"what is fixed must fit: {certificate.lines()[0]}; leave it out, or name it a zone to keep out"
+        )
+
+
+def _as_they_lie(fixed: Sequence[Body]) -> Poses:
+    centres = np.array([body.centre for body in fixed]).reshape(-1, 3)
+    return Poses(torch.eye(3, dtype=torch.float64).expand(len(fixed), 3, 3), torch.from_numpy(centres))
 
 
 def _grown(bodies: Sequence[Body], growth: np.ndarray, progress: bool) -> list[Body]:
@@ -105,7 +173,7 @@ def _grown(bodies: Sequence[Body], growth: np.ndarray, progress: bool) -> list[B
     with progress_bar("clearance", "object", progress and len(bodies) > FEW_TO_GROW, len(bodies)) as bar:
         for body, radius in zip(bodies, growth.tolist(), strict=True):
             apart = replace(body.wishes, clearance=None)  # the search itself keeps none
-            large.append(replace(grown(body, radius), wishes=apart))
+            large.append(replace(grown(body, radius) if radius > 0 else body, wishes=apart))
             bar.update()
     return large
 
@@ -114,4 +182,4 @@ def _shrunk_box(shape: FreeBox, margin: float) -> FreeBox:
     edges = tuple(None if edge is None else edge - 2 * margin for edge in shape.edges)
     if any(edge is not None and edge <= 0 for edge in edges):
         raise InputError(f"nothing between the fixed edges is {margin:.3g} m from the wall; ask for less clearance")
-    return FreeBox(edges, shape.cube)
+    return FreeBox(edges, shape.cube, margin)

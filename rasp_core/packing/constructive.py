@@ -25,7 +25,7 @@ from ..util.budget import Budget
 from ..util.errors import InputError
 from ..util.progress import progress_bar
 from .layout import Layout
-from .pool import Worth, check_sizes, kind
+from .pool import Worth, kind
 from .result import Packing, finish
 from .slant import is_long, slanted_turns
 from .voxel_correlation import Room, Turned, choose_voxel
@@ -53,12 +53,12 @@ def pack(
 
     rule : one of RULES. sequences : orders tried. shuffle : spread of the logarithm by which the volumes' order is
     shaken, infinite for random orders, the first included. time_limit : seconds; if given, as many as it allows.
-    settings : seed and resolution count. Raises InputError as `dense.pack` does, and for an unknown rule.
+    settings : seed and resolution count. bodies : as `dense.pack` has them. Raises InputError for an unknown rule, or
+    if not one could be placed.
     """
     settings = settings or Settings()
     if rule not in RULES:
         raise InputError(f"rule {rule!r} is unknown; use one of {', '.join(RULES)}")
-    check_sizes(bodies, container)
     budget = Budget(time_limit)
     placement, best, rounds = Placement(bodies, container, settings.seed, rule), {}, []
     with progress_bar(rule, "placement", progress) as bar:
@@ -118,7 +118,7 @@ class Placement:
 
     def density_of(self, chosen: Iterable[int]) -> float:
         """Eq. 6, of these of the pool."""
-        return float(self.volumes[list(chosen)].sum() / self.container.volume)
+        return float(self.volumes[list(chosen)].sum() / self.container.whole.volume)
 
     @property
     def layout(self) -> Layout:

@@ -23,7 +23,7 @@ from ..util.progress import progress_bar
 from .constructive import FEW_VOXELS, Placement
 from .growth import Growth
 from .layout import Layout
-from .pool import Worth, check_sizes
+from .pool import Worth
 from .result import Packing, finish
 from .separation import Separation
 
@@ -50,14 +50,13 @@ def pack(
 ) -> Packing:
     """The densest certified packing of some of `bodies` that is found.
 
-    time_limit : seconds. effort : number of tries, 400 if neither is given; the same effort and seed give the same
-    packing on a machine. settings : seed, resolution, query_points, jitter, overlap_term and rotation count. Ctrl-C and
-    the time limit return the best so far.
+    bodies : one at least, of sizes that `pool.check_sizes` lets pass. time_limit : seconds. effort : number of tries,
+    400 if neither is given; the same effort and seed give the same packing on a machine. settings : seed, resolution,
+    query_points, jitter, overlap_term and rotation count. Ctrl-C and the time limit return the best so far.
 
-    Raises InputError for no bodies, a negative effort, bodies larger than the container, or if not one could be placed.
+    Raises InputError for a negative effort, or if not one could be placed.
     """
     settings = settings or Settings()
-    check_sizes(bodies, container)
     budget = Budget(time_limit, TUNING.tries if effort is None and time_limit is None else effort)
     search = _Search(bodies, container, settings, device, budget, progress)
     try:
@@ -89,7 +88,7 @@ class _Search:
         self.budget = budget
         self.random = np.random.default_rng(settings.seed)
         self.worth = Worth(pool)
-        self.volumes = self.worth.volumes / container.volume
+        self.volumes = self.worth.volumes / container.whole.volume
         self.layout = Layout.empty()
         self.history: list[np.ndarray] = []
         self.pulls: list[np.ndarray] = []

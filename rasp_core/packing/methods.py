@@ -69,7 +69,7 @@ def load(
     replacement. fit_objects : scale so that so many make half of the container. azimuths_deg, elevations_deg : of the
     views, one of each for every view; None for the paper's views. reading : what files and lengths mean.
 
-    Raises InputError, also where an object is larger than the container, or MeshError.
+    Raises InputError or MeshError.
     """
     room = containers.parse(container, reading)
     if azimuths_deg is not None or elevations_deg is not None:
@@ -88,8 +88,6 @@ def load(
             raise InputError("--fit-objects scales objects to a container; a box to be found has no size yet")
         scale = fit_scale(bodies, room, fit_objects)
         bodies = [body.scaled(scale) for body in bodies]
-    if not isinstance(room, FreeBox):
-        check_sizes(bodies, room, reading.unit)
     return bodies, room, scale
 
 
@@ -149,23 +147,29 @@ def search(
     progress: bool = False,
     clearance: float | None = None,
     wall_clearance: float | None = None,
+    unit: str = "m",
+    fixed: Sequence[Body] = (),
 ) -> Packing:
     """Pack by one of `METHODS`; None as `resolve_method` has it.
 
     settings : a method reads those that `USES` names; whether the others were given is not known here, so that callers
     ask `refuse_ignored` first. clearance : metres that bodies stay apart that wish no other; the larger of two counts.
-    wall_clearance : metres from the wall, as much as between bodies if None. Raises InputError as
-    `resolve_method` does, for a count, a time limit or an effort that the method would ignore, and as `pack_apart` and
-    the method itself do.
+    wall_clearance : metres from the wall, as much as between bodies if None. unit : of `loading.UNITS`, that errors are
+    written in. fixed : bodies that lie in the container already, as `pack_apart` has them. Raises InputError as
+    `resolve_method` does, for no bodies or one larger than the container, for a count, a time limit or an effort that
+    the method would ignore, and as `pack_apart` and the method itself do.
     """
     method = resolve_method(method, container)
     given = {"count": count, "time_limit": time_limit, "effort": effort}
     refuse_ignored(method, {name: value for name, value in given.items() if value is not None}, container)
     _refuse_turns(method, bodies, container)
-    apart = clearance_of(bodies, clearance, wall_clearance)
-    if apart is not None:
-        alone = partial(search, method, settings=settings, device=device, progress=progress, **given)
-        return pack_apart(alone, bodies, container, apart, device, progress)
+    apart = clearance_of([*bodies, *fixed], clearance, wall_clearance)
+    if apart is not None or fixed:
+        given.pop("time_limit")
+        alone = partial(search, method, settings=settings, device=device, progress=progress, unit=unit, **given)
+        return pack_apart(alone, bodies, container, apart, fixed, device, time_limit, progress)
+    largest = minimal_box.largest_box(bodies, container) if isinstance(container, FreeBox) else container
+    check_sizes(bodies, largest, unit)
     if isinstance(container, FreeBox):
         return minimal_box.pack(
             bodies,
@@ -266,6 +270,7 @@ def pack(
         effort=effort,
         clearance=clearance,
         wall_clearance=wall_clearance,
+        unit=Reading(**(reading or {})).unit,
     )
     certificate = packed.certificate
     return {

@@ -33,7 +33,7 @@ from ..util.errors import InputError
 from ..util.progress import progress_bar
 from .growth import Growth
 from .layout import Layout
-from .pool import Worth, check_sizes
+from .pool import Worth
 from .result import Packing, finish
 from .separation import Separation
 
@@ -73,6 +73,7 @@ def pack(
 ) -> Packing:
     """Pack objects into a container and certify the result.
 
+    bodies : one at least, of sizes that `pool.check_sizes` lets pass.
     count None: start from `initial_count` objects of the pool in seeded order and drop objects until the certificate
     holds, then add what fits. A number: arrange exactly the first that many of that order, without search, and report
     what is.
@@ -80,10 +81,9 @@ def pack(
     length: about ten times as many are made.
     time_limit : seconds; then, or at Ctrl-C, the objects at fault are dropped as they lie.
 
-    Raises InputError for no bodies, a count out of range, or bodies larger than the container.
+    Raises InputError for a count out of range.
     """
     settings = settings or Settings()
-    check_sizes(bodies, container)
     if count is not None and not 1 <= count <= len(bodies):
         raise InputError(f"count must lie between 1 and the {len(bodies)} objects given, got {count}")
     order = Worth(bodies).first(np.random.default_rng(settings.seed).permutation(len(bodies)))
@@ -221,7 +221,7 @@ class _Run:
         return self.certificate.fault_volume / sum(body.volume for body in self.layout.bodies(self.pool))
 
     def _record(self, added: bool, at_fault: float) -> None:
-        count, density = len(self.layout), mesh_density(self.layout.bodies(self.pool), self.container)
+        count, density = len(self.layout), mesh_density(self.layout.bodies(self.pool), self.container.whole)
         self.rounds.append({"added": added, "objects": count, "density": density, "fault_share": at_fault})
         self.bar.set_postfix_str(f"objects {count}, density {density:.4f}, overlap {at_fault:.1e}")
 

@@ -45,7 +45,8 @@ def check_sizes(bodies: Sequence[Body], container: Container, unit: str = "m") -
     """Raise InputError for no bodies, or naming the first that is too large for the container however it is turned.
 
     unit : one of `loading.UNITS`, that the error is written in. A body that fits has no more volume, no larger diameter
-    and no larger inscribed ball than the container.
+    and no larger inscribed ball than the container. Of grown bodies in a shrunk container the error names the bodies,
+    the whole container, and what is kept clear.
     """
     if not bodies:
         raise InputError("there is nothing to pack; give at least one object")
@@ -56,15 +57,19 @@ def check_sizes(bodies: Sequence[Body], container: Container, unit: str = "m") -
             continue
         known.add(body.digest)
         if _too_large(body, container, diameter, ball):
-            size = " x ".join(f"{2 * h / UNITS[unit]:.3g}" for h in body.half_extents)
-            room = " x ".join(f"{edge / UNITS[unit]:.3g}" for edge in np.ptp(container.bounds, axis=0))
+            whole, clear = np.ptp(container.whole.bounds, axis=0), ""
+            size = " x ".join(f"{2 * h / UNITS[unit]:.3g}" for h in body.inside.half_extents)
+            room = " x ".join(f"{edge / UNITS[unit]:.3g}" for edge in whole)
+            if container.whole is not container:
+                kept = body.growth + float((whole - np.ptp(container.bounds, axis=0)).max()) / 2
+                clear = f" with {kept / UNITS[unit]:.3g} {unit} clear on all sides" if kept > 0 else ""
             remedy = "leave it out, enlarge the container, or scale the objects with --fit-objects"
             far_too_large = 2 * body.radius > OTHER_UNIT * diameter
             if far_too_large and not _too_large(body.scaled(MILLIMETRES), container, diameter, ball):
                 remedy = "a thousandth of it would fit: if the file is in millimetres, say so with --unit mm"
             if container.size is None:
-                remedy = describe_wall(container.body) or remedy
-            raise InputError(f"{body.name}: {size} {unit} is larger than the container, {room} {unit}; {remedy}")
+                remedy = describe_wall(container.whole.body) or remedy
+            raise InputError(f"{body.name}: {size} {unit}{clear} is larger than the container, {room} {unit}; {remedy}")
 
 
 def kind(body: Body) -> tuple:

@@ -52,6 +52,16 @@ def test_one_method_of_few_objects_settles(packed, tmp_path):
     assert "settled" in json.loads((folder / "result.json").read_text())
 
 
+def test_what_rests_on_others_is_not_said_to_keep_its_clearance():
+    apart = rasp.pack(kitchen_like(2), BOX, method="spectral", clearance=0.02)
+    assert apart.certificate.holds
+    settled = apart.settle()
+    assert settled.certificate.gaps.clearance == 0.02
+    assert settled.certificate.gaps.least_to_wall.gap < 0.01, "it lies on the floor"
+    assert not settled.certificate.holds
+    assert "mm are asked" in settled.lines("mm")[-1]
+
+
 @pytest.mark.parametrize(
     ("method", "settings", "says"),
     [

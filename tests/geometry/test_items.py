@@ -61,6 +61,8 @@ def test_other_names_of_columns_are_known(folder):
         ("file,weight\nblock.stl,3\n", "column 2 is called 'weight'; use each once of file, count, must"),
         ("file,count,quantity\nblock.stl,3,3\n", "column 2 is called 'count'; use each once"),
         ("count,turns\n3,z\n", "has no column file"),
+        ("file,count\n\n\nblock.stl,few\n", "row 4, column count"),
+        ("file;count\nblock.stl;3\n", "column 1 is called 'file;count'; use each once of file, count"),
         ("file,count\n", "needs a line of column names and a row for each part"),
     ],
 )

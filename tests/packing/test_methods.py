@@ -54,6 +54,17 @@ def test_what_a_method_does_not_know_is_refused(pool, arguments, message):
         methods.search(arguments.pop("method"), bodies, room, **arguments)
 
 
+@pytest.mark.parametrize("method", methods.METHODS)
+def test_nothing_and_what_is_too_large_are_refused_before_any_search(method):
+    with pytest.raises(InputError, match="there is nothing to pack"):
+        methods.search(method, [], box((0.2, 0.2, 0.2)))
+    with pytest.raises(InputError, match="mm is larger than the container, 20 x 20 x 20 mm"):
+        methods.search(method, kitchen_like(3), box((0.02, 0.02, 0.02)), unit="mm")
+    if method != "paper":
+        with pytest.raises(InputError, match="larger than the container"):
+            methods.search(method, kitchen_like(2), FreeBox((0.01, 0.01, None)))
+
+
 @pytest.mark.parametrize(
     ("method", "given", "message"),
     [
