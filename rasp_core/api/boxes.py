@@ -66,6 +66,20 @@ class BoxesResult:
         verdict = "certified" if self.certified else "NOT certified"
         return f"{objects} of {objects + len(self.left)} objects in {boxes}, density {self.density:.4f}, {verdict}"
 
+    def lines(self, unit: str = "m") -> list[str]:
+        """Each box, its faults and its gaps in words, then what is in none; lengths in a unit of `loading.UNITS`."""
+        told = []
+        for number, packed in enumerate(self, 1):
+            certificate, gaps = packed.certificate, packed.certificate.gaps
+            told.append(f"box {number}: {len(packed.bodies)} objects, density {packed.density:.4f}")
+            told += [f"box {number}: {line}" for line in certificate.lines(unit)[:20]]
+            told += [] if gaps is None else [f"box {number}: {gaps.summary(unit)}"]
+        if self.left:
+            told.append(f"in none of the boxes: {', '.join(body.name for body in self.left)}")
+        if self.missing:
+            told.append(f"must go in, but found no place: {', '.join(self.missing)}")
+        return told
+
     def __repr__(self) -> str:
         return f"<{self.headline()}>"
 

@@ -73,7 +73,10 @@ def pack(options: argparse.Namespace) -> int:
     if options.boxes:
         found = pack_boxes(bodies, container, method, boxes=boxes, **asked)
         found.save(folder, {"object_scale": scale}, options.export)
-        return _say_boxes(found, folder, options.unit)
+        for line in found.lines(options.unit):
+            print(f"rasp: {line}", file=sys.stderr)
+        print(f"{folder}: {found.headline()}; by volume alone {found.least}")
+        return 0 if found.certified and not found.missing else 1
     packed = pack_parts(bodies, container, method, **asked)
     print(f"rasp: {_removal(packed.removal)}", file=sys.stderr)
     if any(packed.gradient_shares.values()):
@@ -257,22 +260,6 @@ def _say(what: str, density: float, certificate, where: Path, unit: str) -> None
         f"{where}: {what}, density {density:.4f}, {verdict} (worst overlap {certificate.worst_overlap:.1e}, "
         f"worst protrusion {certificate.worst_protrusion:.1e})"
     )
-
-
-def _say_boxes(found, folder: Path, unit: str) -> int:
-    """What was put into each box, and the exit status."""
-    for number, packed in enumerate(found, 1):
-        lines = packed.certificate.lines(unit)[:20]
-        gaps = [] if packed.certificate.gaps is None else [packed.certificate.gaps.summary(unit)]
-        for line in (f"{len(packed.bodies)} objects, density {packed.density:.4f}", *lines, *gaps):
-            print(f"rasp: box {number}: {line}", file=sys.stderr)
-    left = ", ".join(body.name for body in found.left)
-    if left:
-        print(f"rasp: in none of the boxes: {left}", file=sys.stderr)
-    if found.missing:
-        print(f"rasp: must go in, but found no place: {', '.join(found.missing)}", file=sys.stderr)
-    print(f"{folder}: {found.headline()}; by volume alone {found.least}")
-    return 0 if found.certified and not found.missing else 1
 
 
 def _removal(removed) -> str:

@@ -82,8 +82,9 @@ def _mesh(number: int, part: PlacedPart) -> str:
     points = part.vertices * MILLIMETRES
     vertices = "".join(f'<vertex x="{x:.12g}" y="{y:.12g}" z="{z:.12g}"/>\n' for x, y, z in points.tolist())
     triangles = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>\n' for a, b, c in part.faces.tolist())
+    kind = quoteattr(part.name.split("#")[0])  # what readers that look through components show
     return (
-        f'<object id="{number}" type="model"><mesh>\n<vertices>\n{vertices}</vertices>\n'
+        f'<object id="{number}" type="model" name={kind}><mesh>\n<vertices>\n{vertices}</vertices>\n'
         f"<triangles>\n{triangles}</triangles>\n</mesh></object>\n"
     )
 

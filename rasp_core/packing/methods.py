@@ -18,7 +18,8 @@ from ..problem import Settings
 from ..util.devices import resolve_device
 from ..util.errors import InputError
 from . import constructive, dense, minimal_box, paper
-from .clearance import clearance_of, pack_apart
+from .around import pack_apart
+from .clearance import clearance_of
 from .pool import check_sizes, draw, fit_scale
 from .result import Packing
 

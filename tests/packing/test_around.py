@@ -11,7 +11,9 @@ from rasp_core.exact.certificate import certify
 from rasp_core.exact.gaps import measure
 from rasp_core.exact.placing import placed_solid
 from rasp_core.geometry.meshes import make_body, named_apart, unique_names
-from rasp_core.packing.clearance import pack_apart
+from rasp_core.packing import around
+from rasp_core.packing.around import pack_apart
+from rasp_core.packing.clearance import Clearance
 from rasp_core.packing.result import finish
 from rasp_core.poses import Poses
 from rasp_core.problem import Settings
@@ -116,6 +118,22 @@ def test_zones_stay_free(clearance):
             assert placed.min_gap(placed_solid(zone, np.eye(4)), 1) >= clearance * (1 - 1e-9)
     left = np.prod(ROOM) - zone.volume * ROOM[2] / 0.2
     assert packed.density == pytest.approx(sum(body.volume for body in packed.bodies) / left)
+
+
+def test_growing_is_part_of_the_time_limit(monkeypatch):
+    clock = iter([100.0, 103.0, 200.0, 290.0])
+    monkeypatch.setattr(around.time, "monotonic", lambda: next(clock))
+    left = []
+
+    def search(bodies, room, time_limit):
+        left.append(time_limit)
+        raise InputError("seen")
+
+    bodies = blocks(2)
+    for _ in range(2):
+        with pytest.raises(InputError, match="seen"):
+            pack_apart(search, bodies, rasp.box(0.2, 0.2, 0.2), Clearance(np.full(2, 0.002), 0.002), time_limit=10)
+    assert left == [7.0, around.LEAST_SECONDS]
 
 
 def test_names_of_new_parts_go_on_counting():
