@@ -111,7 +111,7 @@ def init(problem: Problem, settings: Settings, start: Poses, scene: Scene) -> St
     targets = problem.target_images(scene, settings.resolution, settings.shadow)
     lattice = query_lattice(scene.container, settings.query_points, scene.device, scene.dtype)
     start = Poses(start.rotation.to(scene.device, scene.dtype), start.translation.to(scene.device, scene.dtype))
-    variables = Variables(start, scene.movers, scene.width, settings.rotation)
+    variables = Variables(start, scene.movers, scene.width, settings.rotation, scene.freedom)
     identity = {"settings": asdict(settings), "bodies": [body.digest for body in scene.bodies], "movers": scene.movers}
     return State(scene, settings, targets, lattice, variables, Adam(variables.parameters), identity)
 

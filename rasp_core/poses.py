@@ -28,9 +28,13 @@ class Poses:
 
     @classmethod
     def random(cls, bodies: Sequence[Body], container: Container, seed: int) -> Poses:
-        """Uniform rotations, centres uniform inside the container, as the paper starts."""
+        """Uniform rotations, or of those that are wished, centres uniform inside the container, as the paper starts."""
         generator = torch.Generator().manual_seed(seed)
         rotation = quaternion_to_rotation(random_quaternions(len(bodies), generator))
+        random = np.random.default_rng(seed)
+        for i, body in enumerate(bodies):
+            if body.wishes.turns is not None:
+                rotation[i] = torch.from_numpy(body.wishes.turns.random(random)).to(rotation)
         return cls(rotation, container.random_points(len(bodies), generator))
 
     def take(self, indices: Sequence[int]) -> Poses:
@@ -44,10 +48,11 @@ class Variables:
     of the start.
 
     turn : `(..., movers, 3)` angles in radians, or `(..., movers, 4)` quaternions where parametrisation is
-    "quaternion". shift : `(..., movers, 3)`, in `width` metres.
+    "quaternion". freedom `(movers, 3)` : 1 for the axes about which each may be turned, all if None.
+    shift : `(..., movers, 3)`, in `width` metres.
     """
 
-    def __init__(self, start: Poses, movers: int, width: float, parametrisation: str):
+    def __init__(self, start: Poses, movers: int, width: float, parametrisation: str, freedom: Tensor | None = None):
         self.start, self.movers, self.width = start, movers, width
         if parametrisation == "angles":
             still, self.to_rotation, self.turn_rate = torch.zeros(3), angles_to_rotation, 1.0
@@ -56,12 +61,16 @@ class Variables:
             still, self.to_rotation, self.turn_rate = torch.tensor([1.0, 0, 0, 0]), quaternion_to_rotation, 0.5
         turn = still.expand(*start.translation.shape[:-2], movers, len(still)).clone()
         self.turn = turn.to(start.translation).requires_grad_()
+        self.freedom = freedom
+        if freedom is not None and len(still) == 4:
+            self.freedom = torch.cat([torch.ones_like(freedom[:, :1]), freedom], 1)
         self.shift = torch.zeros_like(start.translation[..., :movers, :], requires_grad=True)
 
     def poses(self) -> tuple[Tensor, Tensor]:
         """Rotation `(..., N, 3, 3)` and translation `(..., N, 3)` of all bodies, differentiable."""
         movers, rotation, translation = self.movers, self.start.rotation, self.start.translation
-        turned = self.to_rotation(self.turn) @ rotation[..., :movers, :, :]
+        turn = self.turn if self.freedom is None else self.turn * self.freedom
+        turned = self.to_rotation(turn) @ rotation[..., :movers, :, :]
         shifted = translation[..., :movers, :] + self.width * self.shift
         if movers == translation.shape[-2]:
             return turned, shifted
@@ -76,6 +85,21 @@ class Variables:
     def rates(self, rate: float) -> list[float]:
         """Of Adam's next step, for each parameter: `rate` radians for turns, as many viewing widths for shifts."""
         return [rate * self.turn_rate, rate]
+
+
+def freedom_of(bodies: Sequence[Body]) -> np.ndarray | None:
+    """`(N, 3)`: 1 for the world's axes about which each body may be turned a little, else 0; None if all are 1."""
+    if all(body.wishes.turns is None for body in bodies):
+        return None
+    return np.array([np.ones(3) if body.wishes.turns is None else body.wishes.turns.freedom for body in bodies])
+
+
+def snapped(bodies: Sequence[Body], rotation: Tensor) -> Tensor:
+    """Rotations `(N, 3, 3)` without what rounding has taken them from the turns that are wished of the bodies."""
+    for i, body in enumerate(bodies):
+        if body.wishes.turns is not None:
+            rotation[i] = torch.from_numpy(body.wishes.turns.nearest(rotation[i].numpy()))
+    return rotation
 
 
 def join(first: Poses, second: Poses) -> Poses:

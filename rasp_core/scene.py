@@ -16,6 +16,7 @@ from .geometry.sdf import GridStack
 from .geometry.silhouette_edges import Outlines, Views
 from .geometry.surface_samples import surface_samples
 from .kernels import slices
+from .poses import freedom_of
 from .silhouettes import render_at_rest
 from .util.devices import resolve_device
 from .util.errors import InputError
@@ -26,7 +27,8 @@ class Scene:
 
     outlines, stack, views : what the losses need, see their modules. half `(N, 3)`, radius `(N,)`: the bodies' boxes
     and spheres. samples : points on their surfaces. width : the widest view's, metres. movers : how many of the bodies,
-    the first ones, may move; the `obstacles` behind them stay. stack : the bodies' grids, where they are at hand.
+    the first ones, may move, about the axes that `freedom` `(movers, 3)` says, all if None; the `obstacles` behind them
+    stay. stack : the bodies' grids, where they are at hand.
 
     Raises InputError where nothing can move.
     """
@@ -55,6 +57,8 @@ class Scene:
         self.radius = self._tensor([body.radius for body in bodies])
         self.samples = surface_samples(bodies, self.device, dtype)
         self._material: dict[int, InteriorPoints] = {}
+        freedom = freedom_of(bodies[: self.movers])
+        self.freedom = None if freedom is None else self._tensor(freedom)
 
     def container_silhouettes(self, resolution: int, height: float = 1.0, views: Views | None = None) -> Tensor:
         """The container's own silhouettes `(K, resolution, resolution)`, the targets of packing.

@@ -1,13 +1,19 @@
 """Rotations against scipy's, and what the learned turns and shifts make of a start."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
+import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from rasp_core import poses
+from rasp_core.geometry.containers import box
+from rasp_core.geometry.meshes import make_body
+from rasp_core.geometry.wishes import Wishes, turns_of
 from rasp_core.util.adam import Adam
 
 angles = st.lists(st.floats(-7, 7), min_size=3, max_size=3).map(lambda a: torch.tensor(a, dtype=torch.float64))
@@ -83,3 +89,24 @@ def test_what_is_learned_moves_the_first_bodies_only(parametrisation):
 def test_degrees_between_two_turns(degrees):
     turned = poses.angles_to_rotation(torch.tensor([0, 0, np.radians(degrees)], dtype=torch.float64))
     assert poses.degrees_between(turned, torch.eye(3, dtype=torch.float64)).item() == pytest.approx(degrees, abs=1e-5)
+
+
+@pytest.mark.parametrize("parametrisation", ["angles", "quaternion"])
+def test_wished_turns_are_drawn_and_kept(parametrisation):
+    mesh = trimesh.creation.box((3, 2, 1))
+    body = make_body("b", mesh.vertices, mesh.faces)
+    bodies = [replace(body, wishes=Wishes(turns=turns_of(word, body.manifold))) for word in ("z", "none", "any")]
+    start = poses.Poses.random(bodies, box((9, 9, 9)), 3)
+    assert start.rotation[0, 2].tolist() == pytest.approx([0, 0, 1])
+    assert start.rotation[1].tolist() == np.eye(3).tolist()
+    freedom = poses.freedom_of(bodies)
+    assert freedom.tolist() == [[0, 0, 1], [0, 0, 0], [1, 1, 1]]
+    assert poses.freedom_of([body]) is None
+    variables = poses.Variables(start, 3, 1.0, parametrisation, torch.tensor(freedom).float())
+    with torch.no_grad():
+        variables.turn += 0.3
+    rotation = variables.poses()[0].detach()
+    assert rotation[0, 2].tolist() == pytest.approx([0, 0, 1], abs=1e-6)
+    assert (rotation[0] - start.rotation[0]).abs().max() > 0.1
+    assert rotation[1].numpy() == pytest.approx(np.eye(3), abs=1e-6)
+    assert poses.snapped(bodies, rotation.double())[1].tolist() == np.eye(3).tolist()

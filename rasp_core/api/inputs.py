@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from ..geometry import containers
 from ..geometry.containers import Container, FreeBox
-from ..geometry.loading import Reading, load_bodies
+from ..geometry.items import Item, bodies_of
+from ..geometry.loading import METRES, Reading, load_bodies
 from ..geometry.meshes import Body
+from ..visualize import gltf
+
+SCENE = "scene.glb"  # of a run's folder
 
 
 def load(
@@ -50,12 +55,28 @@ def box(x: float, y: float, z: float) -> Container:
     return containers.box((x, y, z))
 
 
-def as_bodies(parts: str | Path | Sequence[Body] | Sequence[str | Path]) -> list[Body]:
-    """Objects as they are, or from their files."""
+def as_bodies(parts: str | Path | Sequence[Body] | Sequence[str | Path] | Sequence[Item]) -> list[Body]:
+    """Objects as they are, or from their files, or of items."""
     if isinstance(parts, str | Path):
         return load(parts)
     parts = list(parts)
+    if any(isinstance(part, Item) for part in parts):
+        return bodies_of([part if isinstance(part, Item) else Item(part) for part in parts])
     return parts if all(isinstance(part, Body) for part in parts) else load(parts)
+
+
+def as_fixed(parts: str | Path | Sequence[Body] | Sequence[str | Path], reading: Reading = METRES) -> list[Body]:
+    """Objects that stay where they are: as given, of a run's folder or its scene.glb, or of mesh files."""
+    parts = [parts] if isinstance(parts, str | Path) else list(parts)
+    bodies: list[Body] = []
+    for part in parts:
+        if isinstance(part, Body):
+            bodies.append(part)
+        elif (Path(part) / SCENE).exists() or Path(part).name == SCENE:
+            bodies += gltf.read_scene(part)[0]
+        else:
+            bodies += load_bodies([part], reading)
+    return [replace(body, wishes=replace(body.wishes, fixed=True)) for body in bodies]
 
 
 def as_container(container: str | Path | Container | FreeBox) -> Container | FreeBox:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,14 +12,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..density import voxel_density
+from ..exact.certificate import certify
 from ..geometry.containers import Container, FreeBox
-from ..geometry.meshes import Body
+from ..geometry.meshes import Body, named_apart
+from ..geometry.zones import without
+from ..io.exports import formats
 from ..packing import methods
 from ..physics import disassembly, gravity
 from ..problem import Settings
 from ..util.devices import resolve_device
 from ..util.errors import InputError
-from .inputs import as_bodies, as_container
+from .inputs import as_bodies, as_container, as_fixed
 from .result import Result
 
 if TYPE_CHECKING:
@@ -32,9 +35,9 @@ VOXELS = 160  # along the container's longest edge, in which the density is coun
 class PackingResult(Result):
     """A packing of some of a pool's objects.
 
-    method : that found it. chosen : indices into the pool, in the order of `bodies`. pool : how many there were.
-    rounds : what each round left. losses : `(I, 5)` of every iteration of every round. recording : of poses and losses,
-    where it was asked for.
+    method : that found it. chosen : indices into the pool, in the order of `bodies`, whose last may be fixed ones.
+    pool : how many there were. musts : names of those that must go in. rounds : what each round left.
+    losses : `(I, 5)` of every iteration of every round. recording : of poses and losses, where it was asked for.
     """
 
     method: str
@@ -43,6 +46,7 @@ class PackingResult(Result):
     rounds: list[dict]
     losses: np.ndarray
     device: str
+    musts: list[str]
     recording: Recording | None = None
 
     @property
@@ -52,11 +56,26 @@ class PackingResult(Result):
 
     def headline(self) -> str:
         """What it is, in one line."""
-        return f"Packing {len(self.bodies)} of {self.pool} objects, density {self.density:.3f}, {self.verdict}"
+        return f"Packing {self._counted}, density {self.density:.3f}, {self.verdict}"
 
     def table(self) -> dict[str, str]:
         """Its facts in words, for a small table."""
-        return {"method": self.method, **super().table(), "objects": f"{len(self.bodies)} of {self.pool}"}
+        return {"method": self.method, **super().table(), "objects": self._counted.replace(" objects", "")}
+
+    @property
+    def _counted(self) -> str:
+        around = f" around {len(self.fixed)}" if self.fixed else ""
+        return f"{len(self.chosen)} of {self.pool} objects{around}"
+
+    @property
+    def fixed(self) -> list[str]:
+        """Names of the objects that were there before, the last of `bodies`."""
+        return [body.name for body in self.bodies if body.wishes.fixed]
+
+    @cached_property
+    def missing(self) -> list[str]:
+        """Names of the objects that must go in and did not."""
+        return [name for name in self.musts if name not in {body.name for body in self.bodies}]
 
     @cached_property
     def removal(self) -> disassembly.Removal:
@@ -64,8 +83,15 @@ class PackingResult(Result):
         return disassembly.remove_all(self.bodies, self.matrices)
 
     def settle(self) -> gravity.Settled:
-        """Where the objects come to rest under gravity, certified again."""
-        return gravity.settle(self.bodies, self.matrices, self.container)
+        """Where the objects come to rest under gravity, certified again: with the same clearance, if one was asked for,
+        which objects that rest on each other do not keep. Raises InputError where some are fixed."""
+        if self.fixed:
+            raise InputError("what is fixed does not fall, and nothing settles about it; leave out --settle or --fixed")
+        settled, gaps = gravity.settle(self.bodies, self.matrices, self.container), self.certificate.gaps
+        if gaps is None:
+            return settled
+        asked = gaps.of(self.bodies), gaps.wall_clearance
+        return replace(settled, certificate=certify(self.bodies, settled.matrices, self.container, clearance=asked))
 
     def record(self) -> dict:
         """Further entries of result.json: density by voxels too, and whether the objects come apart."""
@@ -81,18 +107,27 @@ class PackingResult(Result):
             "device": self.device,
             "seconds": self.seconds,
             "removal": self.removal.to_dict(),
+            **({"missing": self.missing} if self.musts else {}),
         }
 
-    def save(self, folder: str | Path, facts: Mapping | None = None, settled: gravity.Settled | None = None) -> Path:
+    def save(
+        self,
+        folder: str | Path,
+        facts: Mapping | None = None,
+        settled: gravity.Settled | None = None,
+        export: str = "",
+    ) -> Path:
         """As `Result.save`, with run.html where there is a recording; settled : the packing at rest, written as
-        settled.glb beside it."""
+        settled.glb beside it. export : "3mf,stl,csv" or some of them: a named object for each part, in millimetres; one
+        mesh of all; a table of poses."""
         from .run_folder import save_run
 
-        facts, scenes = self.record() | dict(facts or {}), {}
+        exports, facts, scenes = formats(export), self.record() | dict(facts or {}), {}
         if settled is not None:
             facts["settled"], scenes["settled.glb"] = settled.to_dict(), settled.matrices
         pages = {} if self.recording is None else {"run.html": self.recording.page()}
-        return save_run(folder, self.arrangement, self.certificate, facts, self.losses, scenes, pages=pages)
+        kept = self.arrangement, self.certificate, facts, self.losses, scenes
+        return save_run(folder, *kept, pages=pages, exports=exports)
 
 
 def pack(
@@ -104,22 +139,29 @@ def pack(
     count: int | None = None,
     time_limit: float | None = None,
     effort: int | None = None,
-    clearance: float | Sequence[float] | None = None,
+    clearance: float | None = None,
     wall_clearance: float | None = None,
     device: str = "auto",
     progress: bool = False,
+    unit: str = "m",
+    fixed: str | Path | Sequence[Body] | Sequence[str | Path] = (),
+    keep_out: str | Path | Sequence[Body] | Sequence[str | Path] = (),
     record: bool = False,
     **settings,
 ) -> PackingResult:
     """Pack rigid objects into a container so that no two overlap, and certify it by exact booleans.
 
-    parts : objects, or the files that hold them. container : `rasp.box(...)`, a mesh file, "box:0.3,0.2,0.2", or
+    parts : objects, the files that hold them, or `rasp.Item`s, which say how many and how they may be turned.
+    container : `rasp.box(...)`, a mesh file, "box:0.3,0.2,0.2", or
     "auto", "auto:cube", "auto:0.3,0.2,*" for the smallest box that holds all objects.
     method : "paper" (the default: Eq. 1 from random poses, then N = N_max), "dense" (the kit's own search, the default
     of a box to be found), or a baseline, "spectral", "dblf", "heightmap".
     count : exactly so many objects, without search ("paper"). time_limit : seconds. effort : tries ("dense").
-    clearance : metres that no two objects come nearer to each other; or one for each, of which the larger counts
-    between two. wall_clearance : the same from the wall, as much if None. The certificate's `gaps` say what they are.
+    clearance : metres that no two objects come nearer to each other. wall_clearance : the same from the wall, as much
+    if None. The certificate's `gaps` say what they are. unit : "mm", "cm", "m" or "inch", that errors are written in.
+    fixed : objects that lie in the container already, in its coordinates (a box is about the origin): a run's folder,
+    mesh files or bodies. The others go around them, and the certificate judges all. keep_out : closed meshes, zones
+    that stay free; what is left of the container counts as the container, and their surface as its wall.
     record : keep poses and losses on the way ("paper"), to be shown as `recording`; nothing else changes.
     settings : further ones by the names of `problem.Settings` (lambda_, epsilon, iterations, resolution, ...).
 
@@ -133,7 +175,8 @@ def pack(
     <Packing 6 of 6 objects, density 0.053, certified>
     """
     began = time.monotonic()
-    bodies, room = as_bodies(parts), as_container(container)
+    bodies, room, there = as_bodies(parts), with_zones(as_container(container), keep_out), as_fixed(fixed)
+    bodies = named_apart(bodies, there)
     method = methods.resolve_method(method, room)
     given = {"count": count, "time_limit": time_limit, "effort": effort}
     known = {field.name for field in fields(Settings)} - {"seed"}
@@ -143,6 +186,8 @@ def pack(
     methods.refuse_ignored(method, named | settings, room)
     if record and method != "paper":
         raise InputError(f"record shows how Eq. 1 arranges, which method {method} does not; leave it out, or use paper")
+    if record and there:
+        raise InputError("record shows all objects on their way, and fixed ones stay in their places; leave one out")
     recorder, chosen = _recorder(bodies, room) if record else None, resolve_device(device)
     packed = methods.search(
         method=method,
@@ -153,6 +198,8 @@ def pack(
         progress=progress,
         clearance=clearance,
         wall_clearance=wall_clearance,
+        unit=unit,
+        fixed=there,
         watch=recorder and recorder.watch,
         **given,
     )
@@ -161,11 +208,12 @@ def pack(
         certificate=packed.certificate,
         seconds=time.monotonic() - began,
         method=method,
-        chosen=packed.chosen,
+        chosen=[i for i in packed.chosen if i < len(bodies)],
         pool=len(bodies),
         rounds=packed.rounds,
         losses=packed.history,
         device=str(chosen),
+        musts=[body.name for body in bodies if body.wishes.must],
         recording=recorder and recorder.recording(packed.chosen, packed.poses, Settings(**settings).viewing_volume),
     )
 
@@ -174,3 +222,13 @@ def _recorder(bodies: Sequence[Body], container: Container):
     from ..visualize.recording import Recorder
 
     return Recorder(bodies, container)
+
+
+def with_zones(
+    container: Container | FreeBox, keep_out: str | Path | Sequence[Body] | Sequence[str | Path]
+) -> Container | FreeBox:
+    """The container without zones that stay free. Raises InputError for a box to be found, and as `without` does."""
+    zones = as_bodies(keep_out) if isinstance(keep_out, str | Path) or len(keep_out) else []
+    if zones and isinstance(container, FreeBox):
+        raise InputError("zones to keep out need a container that is given; a box to be found has no place yet")
+    return without(container, zones) if zones else container

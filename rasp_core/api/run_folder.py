@@ -14,7 +14,7 @@ import os
 import platform
 import shutil
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
@@ -24,6 +24,8 @@ from PIL import Image
 
 from ..art.texturing import Painted
 from ..exact.certificate import Certificate
+from ..geometry.meshes import Body
+from ..io.exports import WRITERS, PlacedPart
 from ..objective import LOSS_NAMES
 from ..optimizer import Arrangement
 from ..util.errors import InputError
@@ -60,13 +62,14 @@ def save_run(
     images: Mapping[str, np.ndarray] | None = None,
     painted: Painted | None = None,
     pages: Mapping[str, str] | None = None,
+    exports: Sequence[str] = (),
 ) -> Path:
     """Write a run's folder; each file appears whole or not at all.
 
     facts : further entries of result.json. history : `(I, 5)` losses, the arrangement's own where None.
     scenes : further scenes' file names, and the poses `(N, 4, 4)` that the bodies have in them. images : further
     pictures' file names, and pixels uint8. painted : the bodies' colours in scene.glb. pages : further pages' file
-    names, and their HTML.
+    names, and their HTML. exports : formats of `io.exports.WRITERS`, each a file `parts.FORMAT`.
     Raises InputError where the folder cannot be written.
     """
     folder = check_writable(folder)
@@ -81,6 +84,8 @@ def save_run(
         write_scene(work / "scene.glb", bodies, arrangement.matrices, container, painted)
         for name, matrices in (scenes or {}).items():
             write_scene(work / name, bodies, matrices, container)
+        for word in exports:
+            WRITERS[word](work / f"parts.{word}", _placed_parts(bodies, arrangement.matrices))
         record = {**describe(arrangement, certificate, history), **facts}
         (work / RECORD).write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
         with (work / "history.csv").open("w", newline="", encoding="utf-8") as file:
@@ -106,6 +111,30 @@ def save_run(
     return folder
 
 
+def recorded(scene: Path) -> dict:
+    """What result.json says of a run, or of the run beside a scene; an empty certificate where there is none.
+
+    Raises InputError where it cannot be read.
+    """
+    path = (scene if scene.is_dir() else scene.parent) / RECORD
+    if not path.exists():
+        return {"certificate": {}}
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot be read ({error}); give the run's scene in a folder of its own") from error
+
+
+def _placed_parts(bodies: Sequence[Body], matrices: np.ndarray) -> list[PlacedPart]:
+    found = []
+    for body, matrix in zip(bodies, matrices, strict=True):
+        pose = matrix.copy()  # of what is written about the body's centre, where numbers keep their digits
+        pose[:3, 3] += pose[:3, :3] @ body.centre
+        solid = body.solid_vertices, body.solid_faces  # closed, as slicers want it
+        found.append(PlacedPart(body.name, body.source, body.digest, *solid, pose, matrix))
+    return found
+
+
 def describe(arrangement: Arrangement, certificate: Certificate, history: np.ndarray) -> dict:
     """What result.json says of an arrangement, as plain numbers."""
     bodies, container = arrangement.problem.bodies, arrangement.problem.container
@@ -120,6 +149,8 @@ def describe(arrangement: Arrangement, certificate: Certificate, history: np.nda
                 "pose": matrix.tolist(),
                 "repair": list(body.notes),
             }
+            | ({} if body.wishes.turns is None else {"turns": body.wishes.turns.word})
+            | ({"fixed": True} if body.wishes.fixed else {})
             for body, matrix in zip(bodies, arrangement.matrices, strict=True)
         ],
         "container": {

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable
 
 from ..util.errors import InputError
 
 CLEARANCES = ("clearance", "wall_clearance")
-MOST_SLICED = 250  # pixels of a silhouette along the container, where slices take its place
 
 
 def check_time(options: argparse.Namespace) -> None:
@@ -25,20 +23,8 @@ def check_clearances(options: argparse.Namespace) -> None:
             raise InputError(f"--{name.replace('_', '-')} must be a length of 0 or more, got {length:g}")
 
 
-def check_slices(options: argparse.Namespace, shadows: Iterable[str | None]) -> None:
-    """Points inside bodies are as dense as pixels of slices, and too many of them are not held."""
-    from ..problem import SHADOWS, Settings
-
-    resolution, volume = options.resolution or Settings.resolution, options.viewing_volume or Settings.viewing_volume
-    if any(SHADOWS.get(name) for name in shadows) and resolution > MOST_SLICED * volume:
-        raise InputError(
-            f"slices have at most {MOST_SLICED} pixels along the container, --resolution over --viewing-volume; got "
-            f"{resolution} over {volume:g}"
-        )
-
-
-def count_of(text: str) -> int | None:
-    """The number of objects, None for `auto`."""
+def count_of(text: str, option: str = "--count") -> int | None:
+    """The number of objects, or what another option counts, None for `auto`."""
     if text == "auto":
         return None
     try:
@@ -46,5 +32,5 @@ def count_of(text: str) -> int | None:
     except ValueError:
         count = 0
     if count < 1:
-        raise InputError(f"--count must be auto or a positive number, got {text}")
+        raise InputError(f"{option} must be auto or a positive number, got {text}")
     return count

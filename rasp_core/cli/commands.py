@@ -13,7 +13,7 @@ from pathlib import Path
 from ..io.atomic_files import whole
 from ..util.errors import InputError
 from ..util.loading import loading
-from .checks import CLEARANCES, check_clearances, check_slices, check_time, count_of
+from .checks import CLEARANCES, check_clearances, check_time, count_of
 
 WEIGHTS = ("weighting", "shadow", "lambda_", "epsilon")  # options that are fields of `problem.Settings`
 SETTINGS = (*WEIGHTS, "viewing_volume", "iterations", "resolution")
@@ -27,19 +27,29 @@ SWEPT = (
 def pack(options: argparse.Namespace) -> int:
     """Pack objects into a container."""
     with loading():
+        from ..api.boxes import pack_boxes
+        from ..api.inputs import as_fixed
         from ..api.pack import pack as pack_parts
         from ..api.run_folder import check_writable
         from ..geometry.containers import FreeBox
+        from ..geometry.loading import load_bodies
+        from ..io.exports import formats
         from ..packing import methods
 
-    count = count_of(options.count)
+    count, boxes = count_of(options.count), None if options.boxes is None else count_of(options.boxes, "--boxes")
     check_time(options)
     check_clearances(options)
-    check_slices(options, [options.shadow])
-    if options.settle and _given(options, *CLEARANCES):
-        raise InputError("--settle lets objects fall onto each other, which leaves no gaps; give it or a clearance")
-    folder = check_writable(options.out)
+    formats(options.export)
+    if options.settle and options.boxes:
+        raise InputError("--settle is of one box, and --boxes asks for several; settle each of them by its scene")
+    if options.settle and options.fixed:
+        raise InputError("--settle lets all objects fall, and those of --fixed stay; leave one of them out")
+    folder, reading = check_writable(options.out), _reading(options)
     method = _method(options, _given(options, "time_limit", "effort", *SETTINGS) | _counted(count))
+    if options.record and (options.boxes or options.fixed):
+        raise InputError(
+            "--record shows all objects of one box on their way; leave out --boxes and --fixed, or --record"
+        )
     if options.record and method != "paper":
         raise InputError(f"--record shows how Eq. 1 arranges, which method {method} does not; leave it out")
     bodies, container, scale = methods.load(
@@ -50,33 +60,44 @@ def pack(options: argparse.Namespace) -> int:
         seed=options.seed,
         azimuths_deg=options.azimuths_deg,
         elevations_deg=options.elevations_deg,
-        reading=_reading(options),
+        reading=reading,
         progress=True,
+        parts=options.parts,
     )
-    packed = pack_parts(
-        bodies,
-        container,
-        method,
-        seed=options.seed,
-        count=count,
-        time_limit=options.time_limit,
-        effort=options.effort,
-        device=options.device,
-        progress=True,
-        record=options.record,
+    asked = {
+        "seed": options.seed,
+        "count": count,
+        "time_limit": options.time_limit,
+        "effort": options.effort,
+        "device": options.device,
+        "progress": True,
+        "unit": options.unit,
+        "fixed": as_fixed(options.fixed or (), reading),
+        "keep_out": load_bodies(options.keep_out, reading) if options.keep_out else (),
         **_given(options, *SETTINGS, *CLEARANCES),
-    )
+    }
+    if options.boxes:
+        found = pack_boxes(bodies, container, method, boxes=boxes, **asked)
+        found.save(folder, {"object_scale": scale}, options.export)
+        for line in found.lines(options.unit):
+            print(f"rasp: {line}", file=sys.stderr)
+        print(f"{folder}: {found.headline()}; by volume alone {found.least}")
+        return 0 if found.certified and not found.missing else 1
+    packed = pack_parts(bodies, container, method, record=options.record, **asked)
     print(f"rasp: {_removal(packed.removal)}", file=sys.stderr)
     if any(packed.gradient_shares.values()):
         shares = ", ".join(f"{name} {share:.0%}" for name, share in packed.gradient_shares.items())
         print(f"rasp: shares of the gradient, in the mean over the run: {shares}", file=sys.stderr)
     settled = packed.settle() if options.settle else None
-    for line in settled.lines() if settled else ():
+    for line in settled.lines(options.unit) if settled else ():
         print(f"rasp: {line}", file=sys.stderr)
-    packed.save(folder, {"object_scale": scale}, settled)
+    packed.save(folder, {"object_scale": scale}, settled, options.export)
     within = _box(packed.container, options) if isinstance(container, FreeBox) else ""
-    _say(f"{len(packed.bodies)} objects{within}", packed.density, packed.certificate, folder)
-    return 0 if packed.certificate.holds else 1
+    around = f" around {len(packed.fixed)}" if packed.fixed else ""
+    _say(f"{len(packed.chosen)} objects{around}{within}", packed.density, packed.certificate, folder, options.unit)
+    if packed.missing:
+        print(f"rasp: must go in, but found no place: {', '.join(packed.missing)}", file=sys.stderr)
+    return 0 if packed.certificate.holds and not packed.missing else 1
 
 
 def assemble(options: argparse.Namespace) -> int:
@@ -161,7 +182,6 @@ def sweep(options: argparse.Namespace) -> int:
 
     check_time(options)
     check_clearances(options)
-    check_slices(options, options.shadow or ())
     if options.seeds < 1:
         raise InputError(f"--seeds must be positive, got {options.seeds}")
     count, given, weights = count_of(options.count), _given(options, *SWEPT), _given(options, *WEIGHTS)
@@ -171,6 +191,7 @@ def sweep(options: argparse.Namespace) -> int:
     varied = grid(**weights, seed=range(options.seeds))
     fixed = {
         "objects": [str(Path(path).resolve()) for path in options.objects],
+        **({} if options.parts is None else {"parts": str(Path(options.parts).resolve())}),
         "container": _container(options, whole_path=True),
         "method": method,
         "device": options.device,
@@ -198,27 +219,27 @@ def sweep(options: argparse.Namespace) -> int:
 
 def check(options: argparse.Namespace) -> int:
     """Certificate and density of a run."""
-    from dataclasses import replace
-
     with loading():
         import numpy as np
 
         from .. import density
+        from ..api.run_folder import recorded
         from ..exact.certificate import certify
-        from ..exact.gaps import measure
+        from ..packing.clearance import asked_of, clearance_of
         from ..physics import disassembly
         from ..visualize import gltf
 
     check_clearances(options)
     bodies, container = gltf.read_scene(options.scene)
     stay = np.tile(np.eye(4), (len(bodies), 1, 1))
-    certificate = certify(bodies, stay, container)
-    if asked := _given(options, *CLEARANCES):
-        clearance = asked.get("clearance", 0.0)
-        gaps = measure(bodies, stay, container, clearance, asked.get("wall_clearance", clearance))
-        certificate = replace(certificate, gaps=gaps)
+    given = _given(options, *CLEARANCES)
+    asked = {}
+    if "clearance" not in given:
+        bodies, asked = asked_of(bodies, recorded(options.scene))
+    asked = clearance_of(bodies, **asked | given)
+    certificate = certify(bodies, stay, container, clearance=None if asked is None else (asked.parts, asked.wall))
     print(f"rasp: {_removal(disassembly.remove_all(bodies, stay))}", file=sys.stderr)
-    _say(f"{len(bodies)} objects", density.mesh_density(bodies, container), certificate, options.scene)
+    _say(f"{len(bodies)} objects", density.mesh_density(bodies, container), certificate, options.scene, options.unit)
     return 0 if certificate.holds else 1
 
 
@@ -235,11 +256,11 @@ def _box(container, options: argparse.Namespace) -> str:
     return f" in a box of {edges} {options.unit}"
 
 
-def _say(what: str, density: float, certificate, where: Path) -> None:
-    for line in certificate.lines()[:20]:
+def _say(what: str, density: float, certificate, where: Path, unit: str) -> None:
+    for line in certificate.lines(unit)[:20]:
         print(f"rasp: {line}", file=sys.stderr)
     if certificate.gaps is not None:
-        print(f"rasp: {certificate.gaps.summary()}", file=sys.stderr)
+        print(f"rasp: {certificate.gaps.summary(unit)}", file=sys.stderr)
     verdict = "certified" if certificate.holds else "NOT certified"
     print(
         f"{where}: {what}, density {density:.4f}, {verdict} (worst overlap {certificate.worst_overlap:.1e}, "

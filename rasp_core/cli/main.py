@@ -92,7 +92,15 @@ def _parser() -> _Parser:
     pack.add_argument("--weighting", metavar="NAME", help="how Eq. 1 weighs its terms (default: summed)")
     pack.add_argument("--shadow", metavar="NAME", help="silhouette (default), or thickness or slices: the kit's own")
     pack.add_argument("--seed", type=_seed, default=0)
+    pack.add_argument(
+        "--fixed", action="append", metavar="FILE", help="a run or meshes whose objects stay in their places"
+    )
+    pack.add_argument(
+        "--boxes", metavar="N", help="all objects in at most N boxes like the container; auto: as few as go"
+    )
+    pack.add_argument("--keep-out", action="append", metavar="FILE", help="a closed mesh, a zone that stays free")
     pack.add_argument("--settle", action="store_true", help="let the packing fall under gravity, and judge it anew")
+    pack.add_argument("--export", default="", metavar="FORMATS", help="of 3mf,stl,csv: the parts in their places")
     pack.add_argument("--record", action="store_true", help="also run.html: how the objects came there, to be played")
     pack.add_argument("--out", type=Path, default=Path("out"), help="the run's folder (default: out)")
     pack.set_defaults(run=commands.pack)
@@ -194,7 +202,10 @@ def _add_clearance(parser: argparse.ArgumentParser) -> None:
 
 def _add_problem(parser: argparse.ArgumentParser) -> None:
     """The arguments that one packing and many have in common."""
-    parser.add_argument("objects", nargs="+", metavar="OBJECTS", help="mesh files or folders of them")
+    parser.add_argument("objects", nargs="*", metavar="OBJECTS", help="mesh files or folders of them; part.stl*12")
+    parser.add_argument(
+        "--parts", metavar="CSV", help="a table: file, count, must, priority, turns, scale, clearance, colour"
+    )
     parser.add_argument("--container", required=True, help="box:X,Y,Z; a closed mesh; auto, auto:cube or auto:X,Y,*")
     parser.add_argument("--cavity", action="store_true", help="pack into what the container's mesh holds, not its wall")
     _add_reading(parser)

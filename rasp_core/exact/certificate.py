@@ -9,7 +9,7 @@ import numpy as np
 
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
-from .gaps import Gaps
+from .gaps import Gaps, measure
 from .placing import core_inside, cores_apart, placed_solid
 
 TOLERANCE = 1e-4  # of the smaller body's volume
@@ -69,9 +69,9 @@ class Certificate:
         del plain["gaps"]
         return plain if self.gaps is None else plain | {"gaps": self.gaps.to_dict()}
 
-    def lines(self) -> list[str]:
-        """Each fault in words, worst first."""
-        gaps = [] if self.gaps is None else self.gaps.lines()
+    def lines(self, unit: str = "m") -> list[str]:
+        """Each fault in words, worst first; lengths in a unit of `loading.UNITS`."""
+        gaps = [] if self.gaps is None else self.gaps.lines(unit)
         return (
             [f"{o.first} and {o.second} overlap by {o.fraction:.2e} of the smaller" for o in self.overlaps]
             + [f"{p.body} sticks out of the container by {p.fraction:.2e} of its volume" for p in self.protrusions]
@@ -80,20 +80,26 @@ class Certificate:
 
 
 def certify(
-    bodies: Sequence[Body], matrices: np.ndarray, container: Container, tolerance: float = TOLERANCE
+    bodies: Sequence[Body],
+    matrices: np.ndarray,
+    container: Container,
+    tolerance: float = TOLERANCE,
+    clearance: tuple[np.ndarray | float, float] | None = None,
 ) -> Certificate:
     """Judge bodies placed by `matrices` `(N, 4, 4)` (from file coordinates to the world) in a container.
 
     Boxes are tested first: a boolean meets only bodies whose boxes intersect, and against a container that is a box
     only those whose boxes leave it. What grown bodies share counts if the bodies inside are too near to each other.
+    clearance : what is asked between bodies and from the wall, as `gaps.measure` has it, which then measures the gaps.
     """
+    gaps = None if clearance is None else measure(bodies, matrices, container, *clearance)
     solids = [placed_solid(body, matrix) for body, matrix in zip(bodies, matrices, strict=True)]
     boxes = np.array([solid.bounding_box() for solid in solids]).reshape(-1, 2, 3)
     overlaps, tested, worst, total = [], 0, 0.0, 0.0
     for i, j in pairs_of_boxes(boxes):
         tested += 1
         shared = max((solids[i] ^ solids[j]).volume(), 0.0)
-        if shared > 0 and _grown(bodies[i], bodies[j]):
+        if shared > 0 and (bodies[i].grown or bodies[j].grown):
             if cores_apart(bodies, matrices, i, j, -ROUNDING):
                 continue
             shared = max(shared, LEAST_OF_GROWN * min(bodies[i].volume, bodies[j].volume))
@@ -107,7 +113,7 @@ def certify(
         if container.size is not None and (np.abs(boxes[i]) <= container.size / 2).all():
             continue
         out = max((solid - hull).volume(), 0.0)
-        if out > 0 and _grown(bodies[i]):
+        if out > 0 and bodies[i].grown:
             if core_inside(bodies[i], matrices[i], container, -ROUNDING):
                 continue
             out = max(out, LEAST_OF_GROWN * bodies[i].volume)
@@ -117,11 +123,7 @@ def certify(
             protrusions.append(Protrusion(bodies[i].name, out, fraction))
     overlaps.sort(key=lambda o: -o.fraction)
     protrusions.sort(key=lambda p: -p.fraction)
-    return Certificate(tolerance, tested, overlaps, protrusions, worst, worst_out, total, total_out)
-
-
-def _grown(*bodies: Body) -> bool:
-    return all(body.core is not None for body in bodies)
+    return Certificate(tolerance, tested, overlaps, protrusions, worst, worst_out, total, total_out, gaps)
 
 
 def pairs_of_boxes(boxes: np.ndarray) -> list[tuple[int, int]]:

@@ -17,7 +17,7 @@ import torch
 from ..geometry.containers import Container
 from ..geometry.growing import SPARE
 from ..geometry.meshes import Body
-from ..poses import Poses, angles_to_rotation, file_to_world
+from ..poses import Poses, angles_to_rotation, file_to_world, freedom_of
 from .certificate import TOLERANCE, pairs_of_boxes
 from .placing import core_inside, cores_apart, placed_solid
 
@@ -63,6 +63,7 @@ def remove_overlaps(
     rotation, translation = poses.rotation.double(), poses.translation.double()
     reach = [body.radius for body in bodies]
     movable = np.isin(np.arange(len(bodies)), np.arange(len(bodies)) if movers is None else movers)
+    freedom = freedom_of(bodies)
     faults, worst_of = _Faults(bodies, container, movable), []
     for _ in range(MOST_SWEEPS):
         found = faults.at(Poses(rotation, translation))
@@ -80,6 +81,8 @@ def remove_overlaps(
             step = fault.volume * (STRICT_STEP if fault.strict else 1)
             free = [i for i in fault.movers if movable[i]]
             slopes = [(i, *_slope(fault.solid, faults.solids[i], translation[i].numpy())) for i in free]
+            if freedom is not None:
+                slopes = [(i, force, moment * freedom[i]) for i, force, moment in slopes]
             steep = sum(force @ force + moment @ moment / reach[i] ** 2 for i, force, moment in slopes)
             if steep > 0:
                 for i, force, moment in slopes:
@@ -123,7 +126,7 @@ class _Faults:
         volume = solid.volume()
         if volume <= 0:
             return
-        strict = all(self.bodies[i].core is not None for i in movers)
+        strict = any(self.bodies[i].grown for i in movers)
         if strict and self._clear(*movers):
             return
         fraction = volume / min(self.bodies[i].volume for i in movers)

@@ -34,17 +34,24 @@ def distance_to_wall(container: Container) -> Callable[[manifold3d.Manifold, flo
     beyond = ABOUT * float((high - low).max())
     block = manifold3d.Manifold.cube(high - low + 2 * beyond).translate(low - beyond)
     outside = block - container.body.manifold.translate(container.body.centre)
-    return lambda solid, reach: float(outside.min_gap(solid, reach))
+
+    def to_mesh(solid: manifold3d.Manifold, reach: float) -> float:
+        lowest, highest = np.array(solid.bounding_box()).reshape(2, 3)
+        if (lowest < low).any() or (highest > high).any():  # it may lie beyond the space about the container
+            return 0.0
+        return float(outside.min_gap(solid, reach))
+
+    return to_mesh
 
 
 def cores_apart(bodies: Sequence[Body], matrices: np.ndarray, i: int, j: int, spare: float) -> bool:
-    """Whether the bodies inside two grown ones are as far apart as both are grown; spare : a fraction more."""
+    """Whether two bodies, or those inside grown ones, are as far apart as both are grown; spare : a fraction more."""
     first, second = bodies[i], bodies[j]
     need = (first.growth + second.growth) * (1 + spare)
-    return placed_solid(first.core, matrices[i]).min_gap(placed_solid(second.core, matrices[j]), 2 * need) >= need
+    return placed_solid(first.inside, matrices[i]).min_gap(placed_solid(second.inside, matrices[j]), 2 * need) >= need
 
 
 def core_inside(body: Body, matrix: np.ndarray, container: Container, spare: float) -> bool:
     """Whether the body inside a grown one is as far from the wall as that is grown; spare : a fraction more."""
     need = body.growth * (1 + spare)
-    return distance_to_wall(container)(placed_solid(body.core, matrix), 2 * need) >= need
+    return distance_to_wall(container)(placed_solid(body.inside, matrix), 2 * need) >= need

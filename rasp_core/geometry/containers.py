@@ -19,6 +19,7 @@ from .loading import METRES, Reading, load_body
 from .meshes import Body, make_body
 
 CAVITY = "cavity:"  # before a vessel's path
+CELLS, FINE_CELLS = 96, 128  # of a mesh's grid, and of one with zones, which may be thin
 MARGIN = 1.1  # the edge of a viewing volume over the largest distance that the container spans in it
 
 
@@ -26,7 +27,9 @@ class Container:
     """A closed region of space that bodies must stay in.
 
     body : its surface, in the world's coordinates. size `(3,)` where it is a box about the origin, else None.
-    directions : azimuth and elevation in degrees of each view; None for the paper's. Raises InputError for none.
+    directions : azimuth and elevation in degrees of each view; None for the paper's. whole : of what is left of a
+    container that was shrunk, that container. base, zones : the container without these bodies, where they lie, see
+    `zones.without`. Raises InputError for no direction.
     """
 
     def __init__(
@@ -34,12 +37,18 @@ class Container:
         body: Body,
         size: np.ndarray | None = None,
         directions: Sequence[tuple[float, float]] | None = None,
+        whole: Container | None = None,
+        base: Container | None = None,
+        zones: Sequence[Body] = (),
     ):
         if directions is not None and not len(directions):
             raise InputError("at least one view is needed, got none")
         self.body = body
         self.size = size
         self.directions = directions
+        self.whole = self if whole is None else whole
+        self.base = self if base is None else base
+        self.zones = tuple(zones)
         self._stacks: dict[tuple, sdf.GridStack] = {}
         self._lengths: dict[tuple, Tensor] = {}
 
@@ -58,6 +67,8 @@ class Container:
 
         margin : the viewing volume's edge over the largest distance that the container spans in it.
         """
+        if self.base is not self:
+            return self.base.views(margin)
         centre, diagonal = self.bounds.mean(0), float(np.linalg.norm(np.ptp(self.bounds, axis=0)))
         if self.directions is not None:
             return [Camera(*angles, margin * diagonal, tuple(centre.tolist())) for angles in self.directions]
@@ -67,8 +78,9 @@ class Container:
 
     def scaled(self, factor: float) -> Container:
         """The same, `factor` times as large about the world's origin."""
-        body = self.body.scaled(factor)
-        return Container(body, None if self.size is None else self.size * factor, self.directions)
+        body, size = self.body.scaled(factor), None if self.size is None else self.size * factor
+        base = None if self.base is self else self.base.scaled(factor)
+        return Container(body, size, self.directions, base=base, zones=[zone.scaled(factor) for zone in self.zones])
 
     def signed_distance(self, points: Tensor) -> tuple[Tensor, Tensor]:
         """Distance `(M,)` to the wall, negative inside, and its gradient `(M, 3)`, at world points `(M, 3)`.
@@ -95,7 +107,7 @@ class Container:
 
     def _stack(self, device: torch.device, dtype: torch.dtype) -> sdf.GridStack:
         if (device, dtype) not in self._stacks:
-            grid = sdf.bake_cached(self.body, cells=96, padding=16)
+            grid = sdf.bake_cached(self.body, cells=FINE_CELLS if self.zones else CELLS, padding=16)
             self._stacks[device, dtype] = sdf.GridStack([grid], device, dtype)
         return self._stacks[device, dtype]
 
@@ -145,11 +157,13 @@ def cavity_of(path: str | Path, reading: Reading = METRES) -> Container:
 class FreeBox:
     """A box that is yet to be found.
 
-    edges : three lengths in metres, None where an edge is free. cube : all edges are free and equal.
+    edges : three lengths in metres, None where an edge is free. cube : all edges are free and equal. margin : metres
+    on each side that are kept clear of a larger box, which is what is meant.
     """
 
     edges: tuple[float | None, float | None, float | None]
     cube: bool = False
+    margin: float = 0.0
 
     @property
     def free(self) -> np.ndarray:

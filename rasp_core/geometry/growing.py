@@ -28,6 +28,7 @@ from .containers import Container, box
 from .meshes import Body, SolidKey, make_body
 from .sdf import Grid
 from .shells import to_manifold
+from .zones import without
 
 SPARE = 1e-4  # of the radius, that solids are grown more than asked, for what rounding takes
 MOST_TRIANGLES = 1500  # of what is grown or shrunk by a sum, which takes five milliseconds for each
@@ -54,9 +55,11 @@ def ball(radius: float) -> manifold3d.Manifold:
 def grown(body: Body, radius: float) -> Body:
     """A body whose solid holds every point within `radius` metres of `body`, and little more.
 
-    radius : positive. Its `core` is `body`, whose volume and file's coordinates it has: a matrix from file to world
-    places both. Kept on disk under the hash of its geometry.
+    Its `core` is `body`, whose volume and file's coordinates it has: a matrix from file to world places both. Kept on
+    disk under the hash of its geometry. Raises InputError unless the radius is positive and finite.
     """
+    if not 0 < radius < np.inf:
+        raise InputError(f"a body is grown by a positive length, got {radius:g} m")
     vertices, faces = _cached(SolidKey(body), radius)
     middle = (vertices.max(0) + vertices.min(0)) / 2
     return replace(
@@ -71,14 +74,17 @@ def grown(body: Body, radius: float) -> Body:
 
 def shrunk(container: Container, margin: float) -> Container:
     """The places of a container that lie `margin` metres or more from its wall, views kept; a box may also grow, by a
-    negative margin. Raises InputError if nothing is left.
+    negative margin. Its `whole` is `container`. Raises InputError if nothing is left.
     """
+    if container.zones:
+        larger = [grown(zone, margin) if margin > 0 else zone for zone in container.zones]
+        return without(shrunk(container.base, margin), larger, whole=container)
     nothing = f"nothing of the container is {margin:.3g} m from its wall; ask for less wall clearance"
     if container.size is not None:
         size = container.size - 2 * margin
         if (size <= 0).any():
             raise InputError(nothing)
-        return Container(box(size).body, size, container.directions)
+        return Container(box(size).body, size, container.directions, container)
     if margin <= 0:
         return container
     body = container.body
@@ -97,7 +103,7 @@ def shrunk(container: Container, margin: float) -> Container:
         raise InputError(nothing)
     mesh = inside.translate(body.centre).to_mesh64()
     left = make_body(body.name, np.asarray(mesh.vert_properties)[:, :3], np.asarray(mesh.tri_verts))
-    return Container(left, None, container.directions)
+    return Container(left, None, container.directions, container)
 
 
 @lru_cache(maxsize=1024)

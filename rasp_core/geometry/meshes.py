@@ -18,6 +18,7 @@ import numpy as np
 from ..util.errors import MeshError
 from .repair import repair as mend
 from .shells import to_manifold
+from .wishes import NO_WISHES, Wishes
 
 RESERVED = ("container", "world", "camera")  # nodes of a scene; an object of that name is a second one
 
@@ -33,6 +34,7 @@ class Body:
     centre : `(3,)`, where that origin lies in the coordinates of `vertices`. Poses turn bodies about it.
     volume : cubic metres, of the solid.
     notes : what was done to the file's surface to make it one, a line each. source : the file it came from.
+    wishes : how it may be turned, whether it must go in, and the like.
     core, growth : of a body that `growing.grown` made, the body inside it, and by how many metres it was grown.
     """
 
@@ -45,6 +47,7 @@ class Body:
     volume: float
     notes: tuple[str, ...] = ()
     source: str = ""
+    wishes: Wishes = NO_WISHES
     core: Body | None = None
     growth: float = 0.0
 
@@ -53,6 +56,16 @@ class Body:
         """Hash of the solid's geometry; equal for equal bodies, whatever their names."""
         data = self.solid_vertices.astype("<f8").tobytes() + self.solid_faces.astype("<i8").tobytes()
         return hashlib.sha256(data).hexdigest()
+
+    @property
+    def grown(self) -> bool:
+        """Whether what counts is that the body inside keeps clear of others, see `growing.grown`."""
+        return self.growth > 0
+
+    @property
+    def inside(self) -> Body:
+        """The body inside a grown one, else the body itself."""
+        return self if self.core is None else self.core
 
     @cached_property
     def half_extents(self) -> np.ndarray:
@@ -77,7 +90,8 @@ class Body:
     def scaled(self, factor: float) -> Body:
         """The body with every length multiplied by `factor`."""
         lengths = {key: getattr(self, key) * factor for key in ("vertices", "solid_vertices", "centre")}
-        return replace(self, **lengths, volume=self.volume * factor**3)
+        core = None if self.core is None else self.core.scaled(factor)
+        return replace(self, **lengths, volume=self.volume * factor**3, core=core, growth=self.growth * factor)
 
 
 _WITH_SOLID: weakref.WeakSet[Body] = weakref.WeakSet()
@@ -161,3 +175,21 @@ def unique_names(bodies: Sequence[Body]) -> list[Body]:
         name = stem if seen[stem] == 1 else f"{stem}#{seen[stem]}"
         named.append(body if name == body.name else replace(body, name=name))
     return named
+
+
+def named_apart(bodies: Sequence[Body], others: Sequence[Body]) -> list[Body]:
+    """The bodies, with higher numbers than others have where their names are the same but for numbers."""
+    highest: dict[str, int] = {}
+    for body in others:
+        stem, number = _numbered(body.name)
+        highest[stem] = max(number, highest.get(stem, 0))
+    split = [(body, *_numbered(body.name)) for body in bodies]
+    return [
+        replace(body, name=f"{stem}#{number + highest[stem]}") if stem in highest else body
+        for body, stem, number in split
+    ]
+
+
+def _numbered(name: str) -> tuple[str, int]:
+    stem, _, number = name.partition("#")
+    return stem, int(number) if number.isdecimal() else 1

@@ -10,7 +10,7 @@ Any of them can be ruined and built again: what lies about a random point is tak
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from itertools import islice
 
 import numpy as np
@@ -18,16 +18,17 @@ import torch
 
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
+from ..geometry.wishes import quarter_turns
 from ..poses import Poses
 from ..problem import Settings
 from ..util.budget import Budget
 from ..util.errors import InputError
 from ..util.progress import progress_bar
 from .layout import Layout
-from .pool import check_sizes
+from .pool import Worth, kind
 from .result import Packing, finish
 from .slant import is_long, slanted_turns
-from .voxel_correlation import Room, Turned, choose_voxel, quarter_turns
+from .voxel_correlation import Room, Turned, choose_voxel
 
 RULES = {"spectral": Room.snuggest, "dblf": Room.deepest, "heightmap": Room.flattest}
 SHUFFLE = 0.15  # of the order by volume, when the container is filled anew
@@ -52,25 +53,26 @@ def pack(
 
     rule : one of RULES. sequences : orders tried. shuffle : spread of the logarithm by which the volumes' order is
     shaken, infinite for random orders, the first included. time_limit : seconds; if given, as many as it allows.
-    settings : seed and resolution count. Raises InputError as `dense.pack` does, and for an unknown rule.
+    settings : seed and resolution count. bodies : as `dense.pack` has them. Raises InputError for an unknown rule, or
+    if not one could be placed.
     """
     settings = settings or Settings()
     if rule not in RULES:
         raise InputError(f"rule {rule!r} is unknown; use one of {', '.join(RULES)}")
-    check_sizes(bodies, container)
     budget = Budget(time_limit)
-    placement, best, rounds = Placement(bodies, container, settings.seed, rule), ({}, 0.0), []
+    placement, best, rounds = Placement(bodies, container, settings.seed, rule), {}, []
     with progress_bar(rule, "placement", progress) as bar:
         while not rounds or (len(rounds) < sequences if time_limit is None else not budget.spent()):
             placement.placed = {}
             placement.fill(placement.shaken(shuffle) if rounds or np.isinf(shuffle) else None, budget.spent)
-            if placement.density > best[1]:
-                best = placement.placed, placement.density
+            told = placement.worth.compared(placement.placed, best)
+            if told > 0 or (told == 0 and placement.density > placement.density_of(best)):
+                best = placement.placed
             rounds.append({"objects": len(placement.placed), "density": placement.density})
             bar.update()
-            bar.set_postfix_str(f"density {best[1]:.4f}")
-    placement.placed = best[0]
-    return finish(bodies, list(best[0]), placement.poses, container, settings, device, rounds=rounds)
+            bar.set_postfix_str(f"density {placement.density_of(best):.4f}")
+    placement.placed = best
+    return finish(bodies, list(best), placement.poses, container, settings, device, rounds=rounds)
 
 
 class Placement:
@@ -90,11 +92,12 @@ class Placement:
     ):
         self.rule, self.straight = RULES[rule], straight
         self.pool, self.container = pool, container
-        self.volumes = np.array([body.volume for body in pool])
+        self.worth = Worth(pool)
+        self.volumes = self.worth.volumes
         self.room = Room(container, choose_voxel(pool, container))
         self.random = np.random.default_rng(seed)
-        self.turns: dict[str, list[Turned]] = {}
-        self.slanted: dict[str, list[Turned]] = {}
+        self.turns: dict[tuple, list[Turned]] = {}
+        self.slanted: dict[tuple, list[Turned]] = {}
         self.placed: dict[int, tuple[Turned, np.ndarray]] = {}
 
     def enter(self, container: Container, keep: bool = False) -> None:
@@ -111,7 +114,11 @@ class Placement:
     @property
     def density(self) -> float:
         """Eq. 6, of what is placed."""
-        return float(self.volumes[list(self.placed)].sum() / self.container.volume)
+        return self.density_of(self.placed)
+
+    def density_of(self, chosen: Iterable[int]) -> float:
+        """Eq. 6, of these of the pool."""
+        return float(self.volumes[list(chosen)].sum() / self.container.whole.volume)
 
     @property
     def layout(self) -> Layout:
@@ -128,19 +135,20 @@ class Placement:
     def shaken(self, shuffle: float = SHUFFLE) -> np.ndarray:
         """`(N,)` pool indices: the largest first, but for some chance; by chance alone if `shuffle` is infinite."""
         chance = self.random.standard_normal(len(self.volumes))
-        return np.argsort(chance if np.isinf(shuffle) else -self.volumes * np.exp(shuffle * chance))
+        order = np.argsort(chance if np.isinf(shuffle) else -self.volumes * np.exp(shuffle * chance))
+        return self.worth.first(order)
 
     def fill(self, order: Sequence[int] | None = None, stop: Callable[[], bool] = lambda: False) -> None:
         """Place what fits, in the given order of pool indices; the largest first if None."""
-        order = np.argsort(-self.volumes, kind="stable") if order is None else order
+        order = self.worth.first(np.argsort(-self.volumes, kind="stable")) if order is None else order
         self.room.clear()
         for turned, shift in self.placed.values():
             self.room.place(turned, shift)
         free = (~self.room.taken).sum() * self.room.voxel**3 * (1 + 1e-6)
-        refused: set[str] = set()
+        refused: set[tuple] = set()
         for index in map(int, order):
             body = self.pool[index]
-            if index in self.placed or body.digest in refused or body.volume > free:
+            if index in self.placed or kind(body) in refused or body.volume > free:
                 continue
             if stop():
                 return
@@ -148,7 +156,7 @@ class Placement:
             if found is None and not self.straight:
                 found = self.rule(self.room, self._slanted(body))
             if found is None:
-                refused.add(body.digest)
+                refused.add(kind(body))
                 continue
             turned, shift = found
             self.room.place(turned, shift)
@@ -168,28 +176,36 @@ class Placement:
         ruined = sorted(away, key=away.get)[: self.random.integers(2, most)]
         self.placed = {index: pose for index, pose in before.items() if index not in ruined}
         self.fill(self.shaken(), stop)
-        if self.random.random() > np.exp((self.density - density) / TEMPERATURE) or stop():
+        lost = self.random.random() > np.exp((self.density - density) / TEMPERATURE)
+        if lost or stop() or self.worth.compared(self.placed, before) < 0:
             self.placed = before
 
     def _turns(self, body: Body) -> list[Turned]:
         """The body's distinct quarter turns."""
-        if body.digest not in self.turns:
+        if kind(body) not in self.turns:
             found: list[Turned] = []
-            straight = Turned.covering(body, np.eye(3), self.room.voxel)
-            for quarter in quarter_turns():
-                turned = straight.turned(quarter, self.room.voxel)
+            for turned in self._straight(body):
                 if not any(np.array_equal(turned.voxels, other.voxels) for other in found):
                     found.append(turned)
-            self.turns[body.digest] = found
-        return self.turns[body.digest]
+            self.turns[kind(body)] = found
+        return self.turns[kind(body)]
+
+    def _straight(self, body: Body) -> Iterable[Turned]:
+        """The body in its quarter turns, or in those that are wished of it."""
+        voxel, wished = self.room.voxel, body.wishes.turns
+        if wished is None:
+            straight = Turned.covering(body, np.eye(3), voxel)
+            yield from (straight.turned(quarter, voxel) for quarter in quarter_turns())
+        else:
+            yield from (Turned.covering(body, turn, voxel) for turn in wished.straight())
 
     def _slanted(self, body: Body) -> list[Turned]:
         """A long body as the container's diagonals run, a few turns that fit the empty container; none if a quarter
         turn does."""
-        if body.digest not in self.slanted:
-            self.slanted[body.digest] = found = []
+        if kind(body) not in self.slanted:
+            self.slanted[kind(body)] = found = []
             empty = Room(self.container, self.room.voxel)
-            if is_long(body, self.container) and not empty.holds(self._turns(body)):
+            if body.wishes.turns is None and is_long(body, self.container) and not empty.holds(self._turns(body)):
                 turns = (Turned.covering(body, turn, empty.voxel) for turn in slanted_turns(body, self.container))
                 found += islice((turned for turned in turns if empty.holds([turned])), MOST_SLANTED)
-        return self.slanted[body.digest]
+        return self.slanted[kind(body)]

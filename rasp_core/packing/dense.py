@@ -23,7 +23,7 @@ from ..util.progress import progress_bar
 from .constructive import FEW_VOXELS, Placement
 from .growth import Growth
 from .layout import Layout
-from .pool import check_sizes
+from .pool import Worth
 from .result import Packing, finish
 from .separation import Separation
 
@@ -50,14 +50,13 @@ def pack(
 ) -> Packing:
     """The densest certified packing of some of `bodies` that is found.
 
-    time_limit : seconds. effort : number of tries, 400 if neither is given; the same effort and seed give the same
-    packing on a machine. settings : seed, resolution, query_points, jitter, overlap_term and rotation count. Ctrl-C and
-    the time limit return the best so far.
+    bodies : one at least, of sizes that `pool.check_sizes` lets pass. time_limit : seconds. effort : number of tries,
+    400 if neither is given; the same effort and seed give the same packing on a machine. settings : seed, resolution,
+    query_points, jitter, overlap_term and rotation count. Ctrl-C and the time limit return the best so far.
 
-    Raises InputError for no bodies, a negative effort, bodies larger than the container, or if not one could be placed.
+    Raises InputError for a negative effort, or if not one could be placed.
     """
     settings = settings or Settings()
-    check_sizes(bodies, container)
     budget = Budget(time_limit, TUNING.tries if effort is None and time_limit is None else effort)
     search = _Search(bodies, container, settings, device, budget, progress)
     try:
@@ -88,7 +87,8 @@ class _Search:
         self.device = resolve_device(device)
         self.budget = budget
         self.random = np.random.default_rng(settings.seed)
-        self.volumes = np.array([body.volume for body in pool]) / container.volume
+        self.worth = Worth(pool)
+        self.volumes = self.worth.volumes / container.whole.volume
         self.layout = Layout.empty()
         self.history: list[np.ndarray] = []
         self.pulls: list[np.ndarray] = []
@@ -118,7 +118,7 @@ class _Search:
         while len(self.layout) and done < rebuildings and not self.budget.spent(fraction):
             spectral.rebuild(lambda: self.budget.spent(fraction))
             done += 1
-            if spectral.density > self.density + 1e-9:
+            if self._better(spectral.layout, 1e-9):
                 self._take(spectral)
 
     def _take(self, spectral: Placement) -> None:
@@ -128,8 +128,13 @@ class _Search:
             # voxels cover what touches them, so this is for what the voxeliser's rounding lets through
             names = [fault.first for fault in certificate.overlaps] + [p.body for p in certificate.protrusions]
             layout = layout.take([i for i, index in enumerate(layout.chosen) if self.pool[index].name != names[0]])
-        if self._density(layout) > self.density:
+        if self._better(layout):
             self._keep(layout)
+
+    def _better(self, layout: Layout, by: float = 0.0) -> bool:
+        """Whether a layout is worth more than the best so far; by : density, if only that tells."""
+        told = self.worth.compared(layout.chosen, self.layout.chosen)
+        return told > 0 or (told == 0 and self._density(layout) > self.density + by)
 
     # -- growth ------------------------------------------------------------------------------------------------------
 

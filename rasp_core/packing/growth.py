@@ -16,6 +16,7 @@ from ..geometry.containers import Container
 from ..geometry.meshes import Body
 from .insertion import Voids
 from .layout import Layout
+from .pool import Worth
 from .separation import Separation
 
 
@@ -29,6 +30,7 @@ class GrowthTuning:
     # of a mean object's volume: what is shared by so much is pressed apart e times less often
     least_yielding_of_mean_volume: float = 1e-4
     most_yielding_of_mean_volume: float = 0.02
+    pull_of_rank: float = 3.0  # on the logarithm of a gain, for each rank of the object that comes
     yielding_after_success: float = 1.3  # times what it was
     yielding_after_failure: float = 0.8
 
@@ -54,7 +56,8 @@ class Growth:
         self.pool, self.container, self.separation = list(pool), container, separation
         self.random, self.seed, self.kept = random, seed, kept
         self.voids = Voids(pool, container, separation.device, random, separation.stack)
-        self.volumes = np.array([body.volume for body in pool]) / container.volume
+        self.worth = Worth(pool)
+        self.rank, self.volumes = self.worth.rank, self.worth.volumes / container.volume
         self.inserted_at_once, self.yielding = 1, TUNING.most_yielding_of_mean_volume
 
     def improve(self, layout: Layout, number: int) -> Layout:
@@ -62,11 +65,15 @@ class Growth:
         proposal = self._propose(layout) if self.inserted_at_once == 1 else self._propose_many(layout)
         separated = None if proposal is None else self._separate(layout, proposal, number)
         before = len(layout)
-        if separated is not None and self._density(separated) > self._density(layout) - 1e-9:
+        if separated is not None and self._no_worse(separated, layout):
             layout = separated
             self.kept(layout)
         self._learn(succeeded=separated is not None, grown=len(layout) > before)
         return layout
+
+    def _no_worse(self, layout: Layout, before: Layout) -> bool:
+        told = self.worth.compared(layout.chosen, before.chosen)
+        return told > 0 or (told == 0 and self._density(layout) > self._density(before) - 1e-9)
 
     def _density(self, layout: Layout) -> float:
         return float(self.volumes[layout.chosen].sum())
@@ -92,8 +99,14 @@ class Growth:
             insertion = self.voids.least_shared(there, [index], self.voids.most_shared)
             if insertion is None:
                 continue
-            gain = self.volumes[index] - (0 if out is None else self.volumes[layout.chosen[out]])
-            promise = np.log(gain) - insertion.shared / self.container.volume / (self.yielding * mean)
+            lost = None if out is None else layout.chosen[out]
+            promoted = lost is not None and self.rank[index] > self.rank[lost]
+            gain = self.volumes[index] - (0 if lost is None or promoted else self.volumes[lost])
+            promise = (
+                self.rank[index] * TUNING.pull_of_rank
+                + np.log(gain)
+                - insertion.shared / self.container.volume / (self.yielding * mean)
+            )
             if promise > best:
                 found, best = layout.without(out).added(index, insertion.pose), promise
         return found
@@ -111,7 +124,11 @@ class Growth:
             out = int(self.random.integers(len(chosen)))
             least = self.volumes[chosen[out]]
         rest = np.setdiff1d(np.arange(len(self.pool)), chosen)
-        rest = rest[(self.volumes[rest] > least * (1 + 1e-6)) & (self.volumes[rest] < least + 2 * self.volumes.mean())]
+        larger = self.volumes[rest] > least * (1 + 1e-6)
+        if self.rank.any() and out is not None:
+            above = self.rank[rest] - self.rank[chosen[out]]
+            larger = (above > 0) | ((above == 0) & larger)
+        rest = rest[larger & (self.volumes[rest] < least + 2 * self.volumes.mean())]
         return out, int(self.random.choice(rest)) if len(rest) else None
 
     def _separate(self, layout: Layout, proposal: Layout, number: int) -> Layout | None:

@@ -147,6 +147,10 @@ class Voids:
     def _turned(self, index: int) -> Iterable[Turned]:
         """An object of the pool in random rotations, as voxels."""
         body = self.pool[index]
+        if body.wishes.turns is not None:
+            turns = [body.wishes.turns.random(self.random) for _ in range(TUNING.rotations_per_object)]
+            yield from self._filled(body, np.unique(turns, axis=0))
+            return
         generator = torch.Generator().manual_seed(int(self.random.integers(2**31)))
         quaternions = poses.random_quaternions(TUNING.rotations_per_object, generator, torch.float64)
         yield from self._filled(body, poses.quaternion_to_rotation(quaternions).numpy())
@@ -154,6 +158,8 @@ class Voids:
     def _slanted(self, index: int) -> Iterable[Turned]:
         """An object of the pool too long to lie straight, as the container's diagonals run, as voxels."""
         body = self.pool[index]
+        if body.wishes.turns is not None:
+            return
         if body.digest not in self.slants:
             straight = fits_straight(body, self.container)
             self.slants[body.digest] = np.empty((0, 3, 3)) if straight else slanted_turns(body, self.container)

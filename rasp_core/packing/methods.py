@@ -11,13 +11,15 @@ import torch
 
 from ..geometry import containers
 from ..geometry.containers import Container, FreeBox
+from ..geometry.items import bodies_of, item_of, read_table
 from ..geometry.loading import METRES, Reading, load_bodies
 from ..geometry.meshes import Body
 from ..problem import Settings
 from ..util.devices import resolve_device
 from ..util.errors import InputError
 from . import constructive, dense, minimal_box, paper
-from .clearance import clearance_of, pack_apart
+from .around import pack_apart
+from .clearance import clearance_of
 from .pool import check_sizes, draw, fit_scale
 from .result import Packing
 
@@ -59,14 +61,16 @@ def load(
     elevations_deg: Sequence[float] | None = None,
     reading: Reading = METRES,
     progress: bool = False,
+    parts: str | None = None,
 ) -> tuple[list[Body], Container | FreeBox, float]:
     """The pool, the container, and the factor on the objects' lengths.
 
-    objects : mesh files or folders. container : as `containers.parse` has it. repeat : draw a pool of so many with
+    objects : mesh files or folders, or words like `part.stl*12`. parts : a table of more, as `items.read_table` has it.
+    container : as `containers.parse` has it. repeat : draw a pool of so many with
     replacement. fit_objects : scale so that so many make half of the container. azimuths_deg, elevations_deg : of the
     views, one of each for every view; None for the paper's views. reading : what files and lengths mean.
 
-    Raises InputError, also where an object is larger than the container, or MeshError.
+    Raises InputError or MeshError.
     """
     room = containers.parse(container, reading)
     if azimuths_deg is not None or elevations_deg is not None:
@@ -77,7 +81,7 @@ def load(
                 f"{len(azimuths)} and {len(elevations)} for {container}"
             )
         room = Container(room.body, room.size, list(zip(azimuths, elevations, strict=True)))
-    bodies, scale = load_bodies(objects, reading, progress), 1.0
+    bodies, scale = _read(objects, parts, reading, progress), 1.0
     if repeat is not None:
         bodies = draw(bodies, repeat, seed)
     if fit_objects is not None:
@@ -85,9 +89,14 @@ def load(
             raise InputError("--fit-objects scales objects to a container; a box to be found has no size yet")
         scale = fit_scale(bodies, room, fit_objects)
         bodies = [body.scaled(scale) for body in bodies]
-    if not isinstance(room, FreeBox):
-        check_sizes(bodies, room, reading.unit)
     return bodies, room, scale
+
+
+def _read(objects: Sequence[str], parts: str | None, reading: Reading, progress: bool) -> list[Body]:
+    items = [item_of(word) for word in objects]
+    if parts is None and all(item.part == word for item, word in zip(items, objects, strict=True)):
+        return load_bodies(objects, reading, progress)
+    return bodies_of([*items, *(read_table(parts, reading) if parts is not None else ())], reading)
 
 
 def resolve_method(method: str | None, container: Container | FreeBox) -> str:
@@ -137,26 +146,33 @@ def search(
     time_limit: float | None = None,
     effort: int | None = None,
     progress: bool = False,
-    clearance: float | Sequence[float] | None = None,
+    clearance: float | None = None,
     wall_clearance: float | None = None,
+    unit: str = "m",
+    fixed: Sequence[Body] = (),
     watch: Callable | None = None,
 ) -> Packing:
     """Pack by one of `METHODS`; None as `resolve_method` has it.
 
     settings : a method reads those that `USES` names; whether the others were given is not known here, so that callers
-    ask `refuse_ignored` first. clearance : metres that bodies stay apart, or each of them, of which the larger counts
-    between two. wall_clearance : metres from the wall, as much as between bodies if None. watch : as `paper.pack` has
-    it, who alone heeds it. Raises InputError as
-    `resolve_method` does, for a count, a time limit or an effort that the method would ignore, and as `pack_apart` and
-    the method itself do.
+    ask `refuse_ignored` first. clearance : metres that bodies stay apart that wish no other; the larger of two counts.
+    wall_clearance : metres from the wall, as much as between bodies if None. unit : of `loading.UNITS`, that errors are
+    written in. fixed : bodies that lie in the container already, as `pack_apart` has them. watch : as `paper.pack` has
+    it, who alone heeds it. Raises InputError as `resolve_method` does, for no bodies or one larger than the container,
+    for a count, a time limit or an effort that the method would ignore, and as `pack_apart` and the method itself do.
     """
     method = resolve_method(method, container)
     given = {"count": count, "time_limit": time_limit, "effort": effort}
     refuse_ignored(method, {name: value for name, value in given.items() if value is not None}, container)
-    apart = clearance_of(len(bodies), clearance, wall_clearance)
-    if apart is not None:
-        alone = partial(search, method, settings=settings, device=device, progress=progress, watch=watch, **given)
-        return pack_apart(alone, bodies, container, apart, device, progress)
+    _refuse_turns(method, bodies, container)
+    apart = clearance_of([*bodies, *fixed], clearance, wall_clearance)
+    if apart is not None or fixed:
+        given.pop("time_limit")
+        options = {"settings": settings, "device": device, "progress": progress, "watch": watch, "unit": unit}
+        alone = partial(search, method, **options, **given)
+        return pack_apart(alone, bodies, container, apart, fixed, device, time_limit, progress)
+    largest = minimal_box.largest_box(bodies, container) if isinstance(container, FreeBox) else container
+    check_sizes(bodies, largest, unit)
     if isinstance(container, FreeBox):
         return minimal_box.pack(
             bodies,
@@ -200,6 +216,17 @@ def search(
     )
 
 
+def _refuse_turns(method: str, bodies: Sequence[Body], container: Container | FreeBox) -> None:
+    """Raise InputError where a search turns bodies as it likes of which only some turns are wished."""
+    if method == "dense" and isinstance(container, FreeBox):
+        for body in bodies:
+            if body.wishes.turns is not None:
+                raise InputError(
+                    f"{body.name}: turns {body.wishes.turns.word} are not kept by method dense in a box to be found; "
+                    "use --method spectral, or give the box"
+                )
+
+
 def pack(
     objects: Sequence[str],
     container: str,
@@ -210,6 +237,7 @@ def pack(
     method: str | None = None,
     time_limit: float | None = None,
     effort: int | None = None,
+    parts: str | None = None,
     azimuths_deg: Sequence[float] | None = None,
     elevations_deg: Sequence[float] | None = None,
     reading: Mapping[str, str | bool] | None = None,
@@ -233,6 +261,7 @@ def pack(
         azimuths_deg=azimuths_deg,
         elevations_deg=elevations_deg,
         reading=Reading(**(reading or {})),
+        parts=parts,
     )
     packed = search(
         method,
@@ -245,6 +274,7 @@ def pack(
         effort=effort,
         clearance=clearance,
         wall_clearance=wall_clearance,
+        unit=Reading(**(reading or {})).unit,
     )
     certificate = packed.certificate
     return {

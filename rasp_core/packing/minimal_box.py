@@ -23,6 +23,7 @@ import torch
 from ..exact.certificate import certify
 from ..exact.overlap_removal import REPAIR_TOLERANCE, REPAIRABLE_FRACTION, remove_overlaps
 from ..geometry.containers import Container, FreeBox, box
+from ..geometry.growing import shrunk
 from ..geometry.meshes import Body
 from ..poses import Poses, file_to_world
 from ..problem import Settings
@@ -33,7 +34,6 @@ from ..util.progress import progress_bar
 from .constructive import Placement
 from .enclosing_box import enclosing_box
 from .guided_local_search import GuidedLocalSearch, SearchState
-from .pool import check_sizes
 from .result import Packing, finish
 
 
@@ -75,13 +75,13 @@ def pack(
     (none) if neither is given. settings : seed and resolution count. Ctrl-C and the time limit return the best so far,
     but for the first placement, which is made in any case.
 
-    Raises InputError for no bodies, a negative effort, or bodies that no box with the fixed edges holds.
+    bodies : one at least, each of a size that some box with the fixed edges holds. Raises InputError for a negative
+    effort.
     """
     settings = settings or Settings()
     if effort is None and time_limit is None:
         effort = TUNING.tries if rule is None else 0
     budget = Budget(time_limit, effort)
-    check_sizes(bodies, box([_longest(bodies) if e is None else e for e in shape.edges]))
     search = _Search(bodies, shape, settings, device, budget, progress, rule)
     try:
         search.place()
@@ -239,9 +239,10 @@ class _Search:
         holds = certify(self.bodies, matrices, container).holds
         if holds:
             self.container, self.poses = container, poses
-            density = float(self.volumes.sum() / container.volume)
-            self.rounds.append({"tries": self.budget.tries, "box": container.size.tolist(), "density": density})
-            self.bar.set_postfix_str(f"{' x '.join(f'{e:.4f}' for e in container.size)} m, density {density:.4f}")
+            edges = container.size + 2 * self.shape.margin
+            density = float(self.volumes.sum() / edges.prod())
+            self.rounds.append({"tries": self.budget.tries, "box": edges.tolist(), "density": density})
+            self.bar.set_postfix_str(f"{' x '.join(f'{e:.4f}' for e in edges)} m, density {density:.4f}")
         return holds
 
     def result(self) -> Packing:
@@ -256,6 +257,12 @@ class _Search:
             rounds=self.rounds,
             interrupted=self.interrupted,
         )
+
+
+def largest_box(bodies: Sequence[Body], shape: FreeBox) -> Container:
+    """A box of the shape in which bodies that fit into none such do not fit, see `pool.check_sizes`."""
+    edges = np.array([_longest(bodies) if edge is None else edge for edge in shape.edges])
+    return shrunk(box(edges + 2 * shape.margin), shape.margin)
 
 
 def _longest(bodies: Sequence[Body]) -> float:

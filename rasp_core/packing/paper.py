@@ -34,7 +34,7 @@ from ..util.errors import InputError
 from ..util.progress import progress_bar
 from .growth import Growth
 from .layout import Layout
-from .pool import check_sizes
+from .pool import Worth
 from .result import Packing, finish
 from .separation import Separation
 
@@ -75,6 +75,7 @@ def pack(
 ) -> Packing:
     """Pack objects into a container and certify the result.
 
+    bodies : one at least, of sizes that `pool.check_sizes` lets pass.
     count None: start from `initial_count` objects of the pool in seeded order and drop objects until the certificate
     holds, then add what fits. A number: arrange exactly the first that many of that order, without search, and report
     what is.
@@ -83,13 +84,12 @@ def pack(
     time_limit : seconds; then, or at Ctrl-C, the objects at fault are dropped as they lie.
     watch : told the objects' indices, their poses and, after an iteration, its losses, wherever they change.
 
-    Raises InputError for no bodies, a count out of range, or bodies larger than the container.
+    Raises InputError for a count out of range.
     """
     settings = settings or Settings()
-    check_sizes(bodies, container)
     if count is not None and not 1 <= count <= len(bodies):
         raise InputError(f"count must lie between 1 and the {len(bodies)} objects given, got {count}")
-    order = np.random.default_rng(settings.seed).permutation(len(bodies))
+    order = Worth(bodies).first(np.random.default_rng(settings.seed).permutation(len(bodies)))
     chosen = [int(i) for i in order[: count or initial_count(bodies, container)]]
     run = _Run(bodies, container, chosen, settings, device, time_limit, progress, watch)
     with run.bar:
@@ -229,7 +229,7 @@ class _Run:
 
     def _record(self, added: bool, at_fault: float) -> None:
         self.watch(self.layout.chosen, self.layout.poses, None)
-        count, density = len(self.layout), mesh_density(self.layout.bodies(self.pool), self.container)
+        count, density = len(self.layout), mesh_density(self.layout.bodies(self.pool), self.container.whole)
         self.rounds.append({"added": added, "objects": count, "density": density, "fault_share": at_fault})
         self.bar.set_postfix_str(f"objects {count}, density {density:.4f}, overlap {at_fault:.1e}")
 
@@ -245,7 +245,9 @@ class _Run:
         for protrusion in self.certificate.protrusions:
             at_fault[protrusion.body] += protrusion.volume
         fraction = np.array([at_fault[body.name] / body.volume for body in bodies])
-        self.layout = self.layout.take(sorted(np.argsort(-fraction, kind="stable")[count:].tolist()))
+        rank = Worth(self.pool).rank[self.layout.chosen]
+        rank = np.where(fraction > 0, rank, rank.max() + 1)  # of those at fault the least ranks first
+        self.layout = self.layout.take(sorted(np.lexsort((-fraction, rank))[count:].tolist()))
 
 
 def _simplified(body: Body) -> Body:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from ..util.errors import InputError
 MOST_DRAWN = 100_000  # objects
 ROUNDING = 1 + 1e-6  # what fits exactly, fits, whatever the last bits of a file's numbers say
 MILLIMETRES = 1e-3
+SAME_VOLUME = 1e-9  # of the largest body's: sums that differ by less are equal
 OTHER_UNIT = 5  # times the container's diameter: a body as large as that is perhaps in another unit
 
 
@@ -44,7 +45,8 @@ def check_sizes(bodies: Sequence[Body], container: Container, unit: str = "m") -
     """Raise InputError for no bodies, or naming the first that is too large for the container however it is turned.
 
     unit : one of `loading.UNITS`, that the error is written in. A body that fits has no more volume, no larger diameter
-    and no larger inscribed ball than the container.
+    and no larger inscribed ball than the container. Of grown bodies in a shrunk container the error names the bodies,
+    the whole container, and what is kept clear.
     """
     if not bodies:
         raise InputError("there is nothing to pack; give at least one object")
@@ -55,15 +57,49 @@ def check_sizes(bodies: Sequence[Body], container: Container, unit: str = "m") -
             continue
         known.add(body.digest)
         if _too_large(body, container, diameter, ball):
-            size = " x ".join(f"{2 * h / UNITS[unit]:.3g}" for h in body.half_extents)
-            room = " x ".join(f"{edge / UNITS[unit]:.3g}" for edge in np.ptp(container.bounds, axis=0))
+            whole, clear = np.ptp(container.whole.bounds, axis=0), ""
+            size = " x ".join(f"{2 * h / UNITS[unit]:.3g}" for h in body.inside.half_extents)
+            room = " x ".join(f"{edge / UNITS[unit]:.3g}" for edge in whole)
+            if container.whole is not container:
+                kept = body.growth + float((whole - np.ptp(container.bounds, axis=0)).max()) / 2
+                clear = f" with {kept / UNITS[unit]:.3g} {unit} clear on all sides" if kept > 0 else ""
             remedy = "leave it out, enlarge the container, or scale the objects with --fit-objects"
             far_too_large = 2 * body.radius > OTHER_UNIT * diameter
             if far_too_large and not _too_large(body.scaled(MILLIMETRES), container, diameter, ball):
                 remedy = "a thousandth of it would fit: if the file is in millimetres, say so with --unit mm"
             if container.size is None:
-                remedy = describe_wall(container.body) or remedy
-            raise InputError(f"{body.name}: {size} {unit} is larger than the container, {room} {unit}; {remedy}")
+                remedy = describe_wall(container.whole.body) or remedy
+            raise InputError(f"{body.name}: {size} {unit}{clear} is larger than the container, {room} {unit}; {remedy}")
+
+
+def kind(body: Body) -> tuple:
+    """Equal for bodies of equal shape of which the same turns are wished."""
+    turns = body.wishes.turns
+    return body.digest, None if turns is None else turns.word, () if turns is None else turns.bases.tobytes()
+
+
+class Worth:
+    """What the bodies of a pool are worth to a packing: those of a higher rank come first, then volume counts.
+
+    volumes `(N,)` cubic metres. rank `(N,)`: 0 for the least; those that must go in have the highest.
+    """
+
+    def __init__(self, pool: Sequence[Body]):
+        self.volumes = np.array([body.volume for body in pool])
+        wished = [(body.wishes.must, 0.0 if body.wishes.must else body.wishes.priority) for body in pool]
+        self.rank = np.array([sorted(set(wished)).index(one) for one in wished], np.int64)
+
+    def first(self, order: np.ndarray) -> np.ndarray:
+        """Indices `(M,)` in the same order, but those of higher rank first."""
+        return order[np.argsort(-self.rank[order], kind="stable")] if self.rank.any() else order
+
+    def compared(self, chosen: Iterable[int], other: Iterable[int]) -> int:
+        """1 if some of the pool are worth more than others by their ranks, -1 if less, 0 if only volume tells."""
+        for rank in range(self.rank.max(initial=0), 0, -1):
+            one, two = (sum(self.volumes[i] for i in some if self.rank[i] == rank) for some in (chosen, other))
+            if abs(one - two) > SAME_VOLUME * self.volumes.max():
+                return 1 if one > two else -1
+        return 0
 
 
 def _too_large(body: Body, container: Container, diameter: float, ball: float) -> bool:

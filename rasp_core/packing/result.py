@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import torch
 
 from ..exact.certificate import TOLERANCE, certify
 from ..exact.certified import Certified
-from ..exact.gaps import measure
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
 from ..objective import LOSS_NAMES
@@ -76,8 +75,5 @@ def finish(
         pulls=np.concatenate([np.zeros((0, len(LOSS_NAMES) - 1), np.float32), *pulls]),
         interrupted=interrupted,
     )
-    certificate = certify(problem.bodies, arrangement.matrices, container, TOLERANCE)
-    if clearance is not None:
-        gaps = measure(problem.bodies, arrangement.matrices, container, *clearance)
-        certificate = replace(certificate, gaps=gaps)
+    certificate = certify(problem.bodies, arrangement.matrices, container, TOLERANCE, clearance)
     return Packing(arrangement, certificate, list(chosen), losses, list(rounds))

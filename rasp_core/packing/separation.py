@@ -21,7 +21,7 @@ from ..geometry.meshes import Body
 from ..geometry.sdf import GridStack
 from ..iteration import Step, init
 from ..optimizer import run
-from ..poses import Poses
+from ..poses import Poses, snapped
 from ..problem import Problem, Settings
 from ..scene import Scene
 from .layout import Layout
@@ -205,7 +205,8 @@ class Separation:
         self.pulls.append(state.pulled())
         rotation, translation = layout.poses.rotation.double().clone(), layout.poses.translation.double().clone()
         found = state.poses()
-        rotation[seen], translation[seen] = found.rotation.double().cpu(), found.translation.double().cpu()
+        rotation[seen] = snapped(part.bodies(self.pool), found.rotation.double().cpu())
+        translation[seen] = found.translation.double().cpu()
         return Layout(layout.chosen, Poses(rotation, translation))
 
     def _obstacles(self, layout: Layout, movers: Sequence[int]) -> list[int]:

@@ -39,18 +39,6 @@ class VoxelTuning:
 TUNING = VoxelTuning()
 
 
-def quarter_turns() -> np.ndarray:
-    """The 24 rotations that map axes onto axes, `(24, 3, 3)`, the identity first."""
-    found = []
-    for axes in ((0, 1, 2), (1, 2, 0), (2, 0, 1), (0, 2, 1), (2, 1, 0), (1, 0, 2)):
-        for signs in np.ndindex(2, 2, 2):
-            turn = np.zeros((3, 3))
-            turn[range(3), axes] = 1 - 2 * np.array(signs)
-            if np.linalg.det(turn) > 0:
-                found.append(turn)
-    return np.array(found)
-
-
 def choose_voxel(bodies: Sequence[Body], container: Container) -> float:
     """The voxel's edge in metres: fine, or the coarsest that covers the objects as closely.
 
@@ -144,13 +132,24 @@ class Room:
         self.shape = np.maximum(np.floor((high - low) / voxel + TUNING.rounding_voxels).astype(int), 1)
         self.origin = (low + high) / 2 - self.shape * voxel / 2
         self.walls = np.zeros(self.shape, bool)
-        if container.size is None:
-            middles = self.origin + voxel * (np.stack(np.indices(self.shape), -1).reshape(-1, 3) + 0.5)
-            depth = container.signed_distance(torch.from_numpy(middles))[0].numpy()
-            self.walls = (depth > -voxel * margin).reshape(self.shape)
+        if container.base.size is None:
+            self.walls = self._distance(container.base, [slice(None)] * 3) > -voxel * margin
+        for zone in container.zones:
+            solid = Container(zone)
+            first, last = ((corner - self.origin) / voxel for corner in solid.bounds)
+            near = [slice(max(0, int(a) - 2), max(0, int(b) + 3)) for a, b in zip(first, last, strict=True)]
+            if self.walls[tuple(near)].size:
+                self.walls[tuple(near)] |= self._distance(solid, near) < voxel * margin
         self.padded = [fft.next_fast_len(int(n), real=True) for n in self.shape]
         self.threads = -1 if self.shape.prod() > TUNING.threaded_from_voxels else 1
         self.clear()
+
+    def _distance(self, container: Container, voxels: Sequence[slice]) -> np.ndarray:
+        """From a container's wall, negative inside, of the middles of some voxels."""
+        axes = [self.origin[k] + self.voxel * (np.arange(self.shape[k])[some] + 0.5) for k, some in enumerate(voxels)]
+        middles = np.stack(np.meshgrid(*axes, indexing="ij"), -1)
+        found = container.signed_distance(torch.from_numpy(middles.reshape(-1, 3)))[0].numpy()
+        return found.reshape(middles.shape[:3])
 
     def clear(self, taken: np.ndarray | None = None) -> None:
         """Empty the container, or fill it with `taken`."""

@@ -18,6 +18,7 @@ from scipy.spatial import QhullError
 
 from ..exact.certificate import Certificate, certify
 from ..geometry.containers import Container
+from ..geometry.loading import UNITS
 from ..geometry.meshes import Body
 from ..packing.layout import Layout
 from ..packing.separation import Separation
@@ -64,15 +65,16 @@ class Settled:
     soft_faults: int
     certificate: Certificate
 
-    def lines(self) -> list[str]:
-        """What happened, in words: how far objects moved, and what the certificate says."""
-        faults = len(self.certificate.lines())
+    def lines(self, unit: str = "m") -> list[str]:
+        """What happened, in words: how far objects moved, and what the certificate says; lengths in a unit of
+        `loading.UNITS`."""
+        faults, moved = len(self.certificate.lines()), self.moved / UNITS[unit]
         rest = " to rest" if self.at_rest else ""
         return [
-            f"settled{rest} in {self.simulated:.1f} s: moved by {self.moved.mean():.2g} m in the mean, "
-            f"{self.moved.max():.2g} m at most, turned by {self.turned_deg.mean():.1f} degrees; "
+            f"settled{rest} in {self.simulated:.1f} s: moved by {moved.mean():.2g} {unit} in the mean, "
+            f"{moved.max():.2g} {unit} at most, turned by {self.turned_deg.mean():.1f} degrees; "
             f"{f'{faults} faults' if faults else 'certified'}",
-            *(f"settled, {line}" for line in self.certificate.lines()[:20]),
+            *(f"settled, {line}" for line in self.certificate.lines(unit)[:20]),
         ]
 
     def to_dict(self) -> dict:

@@ -120,7 +120,8 @@ def _add_plain(scene: trimesh.Scene, bodies: Sequence[Body], matrices: np.ndarra
     geometries: dict[tuple, str] = {}
     for body, matrix, colour in zip(bodies, matrices, scene3d.colours(len(bodies)), strict=True):
         stem = body.name.split("#")[0]
-        key = (stem, body.digest)
+        colour = body.wishes.colour or colour
+        key = (stem, body.digest, body.wishes.colour)
         if key in geometries:
             scene.graph.update(frame_to=body.name, matrix=_from_centre(body, matrix), geometry=geometries[key])
             continue

@@ -70,6 +70,16 @@ def test_a_recorded_packing_is_the_same_and_ends_where_it_lies(tmp_path):
     assert not (alone.save(tmp_path / "alone") / "run.html").exists()
 
 
+def test_what_rests_on_others_is_not_said_to_keep_its_clearance():
+    apart = rasp.pack(kitchen_like(2), BOX, method="spectral", clearance=0.02)
+    assert apart.certificate.holds
+    settled = apart.settle()
+    assert settled.certificate.gaps.clearance == 0.02
+    assert settled.certificate.gaps.least_to_wall.gap < 0.01, "it lies on the floor"
+    assert not settled.certificate.holds
+    assert "mm are asked" in settled.lines("mm")[-1]
+
+
 @pytest.mark.parametrize(
     ("method", "settings", "says"),
     [

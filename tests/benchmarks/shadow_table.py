@@ -11,13 +11,13 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-import trimesh
 
 import data_fetch
 import rasp_core as rasp
 from rasp_core.cli.sweep import sweep
 from rasp_core.packing import methods
 from rasp_core.packing.pool import draw
+from rasp_core.reproduce.pools import as_files, resized
 
 ARMS = {
     "silhouettes": {},
@@ -30,24 +30,10 @@ POOLS = {
     "Kitchen": lambda: rasp.load(data_fetch.fetch_kitchen()),
     "BlockOut": lambda: draw(rasp.load(data_fetch.fetch_blockout()), 100, 0),
     "General": lambda: draw(rasp.load(data_fetch.fetch_general()), 100, 0),
-    "CAD": lambda: draw(sized(rasp.load(data_fetch.fetch_cad())), 300, 0),
+    "CAD": lambda: draw(resized(rasp.load(data_fetch.fetch_cad())), 300, 0),
 }
 SMALL = {"container": "box:0.2,0.2,0.2", "iterations": 120, "resolution": 64}
 LARGE = {"container": "box:0.32,0.32,0.30", "iterations": 1000, "resolution": 128, "query_points": 30_000}
-
-
-def sized(bodies):
-    """CAD parts with their longest edge brought to 6-12 cm, by seed."""
-    edges = np.random.default_rng(0).uniform(0.06, 0.12, len(bodies))
-    return [body.scaled(edge / (2 * body.half_extents.max())) for body, edge in zip(bodies, edges, strict=True)]
-
-
-def written(folder, bodies):
-    """The pool as files, for runs in other processes."""
-    folder.mkdir(parents=True, exist_ok=True)
-    for body in bodies:
-        trimesh.Trimesh(body.vertices, body.faces, process=False).export(folder / f"{body.name}.stl")
-    return [str(folder)]
 
 
 def main():
@@ -60,7 +46,7 @@ def main():
     options = parser.parse_args()
     for pool in options.pools:
         size = SMALL if pool == "embedded" else LARGE
-        shared = {"objects": written(options.out / pool, POOLS[pool]()), "method": "paper", **size}
+        shared = {"objects": as_files(POOLS[pool](), options.out / pool), "method": "paper", **size}
         runs = [{**shared, **ARMS[arm], "seed": seed} for arm in options.arms for seed in range(options.seeds)]
         found = sweep(methods.pack, runs, options.out / "runs", options.workers, progress=True)
         for k, arm in enumerate(options.arms):

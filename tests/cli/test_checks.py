@@ -4,7 +4,7 @@ from argparse import Namespace
 
 import pytest
 
-from rasp_core.cli.checks import check_clearances, check_slices, check_time, count_of
+from rasp_core.cli.checks import check_clearances, check_time, count_of
 from rasp_core.util.errors import InputError
 
 
@@ -29,12 +29,3 @@ def test_clearances_are_lengths():
     for wrong in (-1.0, float("nan"), float("inf")):
         with pytest.raises(InputError, match="--wall-clearance must be a length of 0 or more"):
             check_clearances(Namespace(clearance=1.0, wall_clearance=wrong))
-
-
-@pytest.mark.parametrize(("resolution", "volume"), [(None, None), (500, 2.0), (250, 1.0)])
-def test_slices_are_as_fine_as_their_points_allow(resolution, volume):
-    check_slices(Namespace(resolution=resolution, viewing_volume=volume), ["slices", "silhouette"])
-    finer = Namespace(resolution=(resolution or 256) * 2 + 1, viewing_volume=volume)
-    check_slices(finer, ["silhouette", None])
-    with pytest.raises(InputError, match="slices have at most 250 pixels along the container"):
-        check_slices(finer, ["silhouette", "thickness"])

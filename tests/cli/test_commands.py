@@ -2,11 +2,13 @@
 
 import json
 
+import manifold3d
 import numpy as np
 import pytest
 import trimesh
 
 from rasp_core.cli.main import main
+from tests import judge
 
 BOX = "box:0.2,0.2,0.2"
 SMALL = ["--iterations", "60", "--resolution", "64"]
@@ -181,10 +183,13 @@ def test_a_clearance_is_kept_told_and_judged_again(cans, tmp_path, capsys):
     assert (gaps["clearance"], gaps["wall_clearance"]) == pytest.approx((0.005, 0.008))
     assert gaps["least"]["gap"] >= 0.005 - 1e-12
     assert gaps["least_to_wall"]["gap"] >= 0.008 - 1e-12
-    line = f"least gap {gaps['least']['gap']:.4g} m ({gaps['least']['first']}, {gaps['least']['second']})"
+    line = f"least gap {gaps['least']['gap'] * 100:.4g} cm ({gaps['least']['first']}, {gaps['least']['second']})"
     assert line in capsys.readouterr().err
-    assert main(["check", str(out), *lengths]) == 0
-    assert "least gap" in capsys.readouterr().err
+    for asked in (lengths, ["--unit", "cm"]):  # what result.json says was asked counts if nothing is given
+        assert main(["check", str(out), *asked]) == 0
+        assert line.split(" (")[0] in capsys.readouterr().err
+    assert main(["check", str(out), "--wall-clearance", "0.3"]) == 1
+    assert "0.3 m are asked" in capsys.readouterr().err
     assert main(["check", str(out), "--clearance", "0.15"]) == 1
     printed = capsys.readouterr()
     assert "0.15 m are asked" in printed.err
@@ -196,9 +201,6 @@ def test_a_clearance_is_kept_told_and_judged_again(cans, tmp_path, capsys):
     [
         (["--clearance", "-4", "--unit", "mm"], "--clearance must be a length of 0 or more, got -4"),
         (["--wall-clearance", "nan"], "--wall-clearance must be a length of 0 or more, got nan"),
-        (["--clearance", "0.01", "--settle"], "--settle lets objects fall onto each other"),
-        (["--shadow", "slices", "--resolution", "512"], "at most 250 pixels along the container"),
-        (["--shadow", "thickness", "--viewing-volume", "1"], "got 256 over 1"),
         (["--shadow", "hologram"], "shadow 'hologram' is unknown"),
     ],
 )
@@ -214,9 +216,89 @@ def test_a_run_is_not_judged_by_a_clearance_that_is_none(cans, tmp_path, capsys)
     for wrong in ("nan", "-1"):
         assert main(["check", str(out), "--clearance", wrong]) == 2
         assert "must be a length of 0 or more" in capsys.readouterr().err
+    (out / "result.json").write_text("{")
+    assert main(["check", str(out)]) == 2
+    assert "result.json: cannot be read" in capsys.readouterr().err
+
+
+def test_one_goes_on_with_a_run_beside_a_zone(cans, tmp_path, capsys):
+    first, again, post = tmp_path / "first", tmp_path / "again", tmp_path / "post.stl"
+    trimesh.creation.box((20, 20, 300)).export(post)
+    room = ["--container", "box:200,200,200", "--unit", "mm", "--method", "spectral"]
+    for can in cans.iterdir():
+        trimesh.load(can).apply_scale(1000).export(can)
+    clear = ["--keep-out", str(post), "--clearance", "2"]
+    assert main(["pack", str(cans / "can0.stl"), *room, *clear, "--out", str(first)]) == 0
+    capsys.readouterr()
+    assert main(["pack", str(cans), *room, *clear, "--fixed", str(first), "--out", str(again)]) == 0
+    count = len(list(cans.iterdir()))
+    assert f"{again}: {count} objects around 1, density" in capsys.readouterr().out
+    record = json.loads((again / "result.json").read_text())
+    assert [entry["name"] for entry in record["objects"] if entry.get("fixed")] == ["can0"]
+    assert main(["check", str(again), "--unit", "mm"]) == 0, "the scene alone says the same"
+    found = judge.read(again / "scene.glb")
+    assert judge.least_gap(found) >= 0.002 * (1 - 1e-4)
+    zone = manifold3d.Manifold.cube((0.02, 0.02, 0.3), True)
+    assert min(solid.min_gap(zone, 1) for solid, _ in found.values()) >= 0.002 * (1 - 1e-4)
+    for wrong, told in ((["--settle"], "--settle lets all objects fall"), (["--boxes", "2"], "fixed is of one box")):
+        assert main(["pack", str(cans), *room, "--fixed", str(first), *wrong, "--out", str(tmp_path / "no")]) == 2
+        assert told in capsys.readouterr().err
+        assert not (tmp_path / "no").exists()
+
+
+def test_several_boxes_are_packed_and_told(cans, tmp_path, capsys):
+    out, room = tmp_path / "out", ["--container", "box:0.13,0.13,0.13", "--method", "spectral"]
+    assert main(["pack", str(cans), *room, "--boxes", "auto", "--out", str(out)]) == 0
+    printed = capsys.readouterr()
+    boxes = json.loads((out / "boxes.json").read_text())["boxes"]
+    count = len(list(cans.iterdir()))
+    assert f"{out}: {count} of {count} objects in {len(boxes)} box" in printed.out
+    assert "rasp: box 1: " in printed.err
+    assert sum(box["objects"] for box in boxes) == count
+    table = tmp_path / "parts.csv"
+    table.write_text("file,count,must\ncans/can0.stl,30,yes\n")
+    assert main(["pack", "--parts", str(table), *room, "--boxes", "1", "--out", str(out)]) == 1
+    assert "rasp: must go in, but found no place: can0#" in capsys.readouterr().err
+    for wrong in (["--boxes", "0"], ["--boxes", "few"], ["--boxes", "2", "--settle"], ["--boxes", "2", "--count", "3"]):
+        assert main(["pack", str(cans), "--container", BOX, *wrong, "--out", str(tmp_path / "no")]) == 2
+        assert capsys.readouterr().err.count("\n") == 1
 
 
 def test_slices_can_take_the_place_of_silhouettes(cans, tmp_path):
     arguments = ["--method", "paper", "--shadow", "slices", *SMALL, "--out", str(tmp_path / "out")]
     assert main(["pack", str(cans), "--container", BOX, *arguments]) == 0
     assert json.loads((tmp_path / "out" / "result.json").read_text())["settings"]["shadow"] == "slices"
+
+
+def test_a_table_says_what_goes_in(cans, tmp_path, capsys):
+    table = tmp_path / "parts.csv"
+    table.write_text("file,count,must,turns\ncans/can0.stl,3,,z\ncans/can3.stl,2,yes,none\n")
+    out = tmp_path / "out"
+    command = ["pack", "--parts", str(table), f"{cans / 'can1.stl'}*2", "--container", "box:0.2,0.2,0.06"]
+    assert main([*command, "--method", "spectral", "--out", str(out)]) == 0
+    record = json.loads((out / "result.json").read_text())
+    names = [entry["name"].split("#")[0] for entry in record["objects"]]
+    assert (names.count("can0"), names.count("can1"), names.count("can3")) == (3, 2, 2)
+    assert record["missing"] == []
+    assert {entry.get("turns") for entry in record["objects"]} == {"z", "none", None}
+    capsys.readouterr()
+    table.write_text("file,count,must\ncans/can3.stl,9,yes\n")
+    command = ["pack", "--parts", str(table), "--container", "box:0.15,0.15,0.06", "--method", "spectral"]
+    assert main([*command, "--out", str(out)]) == 1
+    assert "rasp: must go in, but found no place: can3#" in capsys.readouterr().err
+    table.write_text("file,count\ncans/can3.stl,few\n")
+    assert main([*command, "--out", str(out)]) == 2
+    assert "row 2, column count: a whole number" in capsys.readouterr().err
+
+
+def test_parts_are_exported_in_their_places(cans, tmp_path):
+    out = tmp_path / "out"
+    command = ["pack", str(cans / "can0.stl") + "*2", "--container", BOX, "--method", "spectral", "--out", str(out)]
+    assert main([*command, "--export", "3mf,stl,csv"]) == 0
+    shown = np.concatenate([np.reshape(s.bounding_box(), (2, 3)) for s, _ in judge.read(out / "scene.glb").values()])
+    for name in ("parts.3mf", "parts.stl"):
+        corners = np.concatenate([mesh.vertices for mesh in trimesh.load_scene(out / name).dump()]) / 1000
+        assert corners.min(0) == pytest.approx(shown.min(0), abs=1e-6)
+        assert corners.max(0) == pytest.approx(shown.max(0), abs=1e-6)
+    assert len((out / "parts.csv").read_text().splitlines()) == 3
+    assert main([*command, "--export", "step"]) == 2

@@ -135,3 +135,20 @@ def test_a_shrunk_mesh_lies_as_far_inside_as_asked(body, margin, monkeypatch):
 def test_a_mesh_is_not_grown_by_a_negative_margin():
     room = Container(angle_iron())
     assert shrunk(room, -0.1) is room
+
+
+@pytest.mark.parametrize("radius", [0.0, -0.1, np.nan, np.inf])
+def test_what_does_not_grow_is_refused(radius):
+    with pytest.raises(InputError, match="a body is grown by a positive length, got"):
+        grown(RING, radius)
+
+
+def test_a_grown_body_is_scaled_with_what_is_inside():
+    large = grown(body_of(trimesh.creation.box((3, 2, 1))), 0.25)
+    twice = large.scaled(2.0)
+    assert twice.growth == 0.5
+    assert twice.core.half_extents == pytest.approx([3, 2, 1])
+    assert twice.half_extents == pytest.approx([3.5, 2.5, 1.5], rel=1e-3)
+    assert twice.inside is twice.core
+    assert not twice.core.grown
+    assert twice.core.inside is twice.core

@@ -38,3 +38,11 @@ def test_a_body_thinner_than_the_lattice_still_has_points(thickness):
     normal = sheet.face_normals[np.argmax(sheet.area_faces)]
     assert np.abs(material.points.double().numpy() @ normal).max() <= thickness / 2 + 1e-6
     assert material.volume.sum().item() == pytest.approx(body.volume, rel=1e-5)
+
+
+def test_a_fine_lattice_has_all_of_its_points():
+    """More than are tried at once, and more than a finer lattice of a thin body may have."""
+    cube = trimesh.creation.box((0.1, 0.1, 0.1))
+    material = interior_points([make_body("cube", cube.vertices, cube.faces)], 0.1 / 136)
+    assert len(material.points) == 136**3
+    assert len(np.unique(material.points[:, 0].numpy().round(6))) == 136

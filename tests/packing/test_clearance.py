@@ -1,16 +1,19 @@
 """Clearances are kept by every method, judged on the bodies themselves."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
 
 from rasp_core.exact.certificate import certify
 from rasp_core.exact.gaps import measure
-from rasp_core.geometry.containers import Container, box, parse
+from rasp_core.geometry.containers import Container, FreeBox, box, parse
 from rasp_core.geometry.growing import grown
 from rasp_core.geometry.meshes import make_body, unique_names
+from rasp_core.geometry.wishes import Wishes
 from rasp_core.packing import methods
-from rasp_core.packing.clearance import Clearance, clearance_of
+from rasp_core.packing.clearance import Clearance, asked_of, clearance_of
 from rasp_core.problem import Settings
 from rasp_core.util.errors import InputError
 
@@ -97,13 +100,67 @@ def test_what_fits_exactly_fits():
 def test_a_body_may_ask_for_more_than_the_others():
     bodies, room = blocks_and_cans(6), box((0.2, 0.16, 0.14))
     asked = [0.002] * 5 + [0.015]
-    packed = methods.search("spectral", bodies, room, settings=QUICK, clearance=asked, wall_clearance=0.002)
+    bodies[5] = replace(bodies[5], wishes=Wishes(clearance=0.015))
+    packed = methods.search("spectral", bodies, room, settings=QUICK, clearance=0.002)
     assert packed.certificate.gaps.holds
     for i, one in enumerate(packed.bodies):
         for j, other in enumerate(packed.bodies[:i]):
             need = max(asked[packed.chosen[i]], asked[packed.chosen[j]])
             gap = measure([one, other], packed.matrices[[i, j]], room, 0.0, 0).least.gap
             assert gap >= need * (1 - 1e-9)
+
+
+@pytest.mark.parametrize(("method", "budget"), [("paper", {}), ("dense", {"effort": 12}), ("spectral", {})])
+def test_some_bodies_may_ask_for_nothing(method, budget):
+    bodies = blocks_and_cans(10)
+    for i in (1, 4, 7):
+        bodies[i] = replace(bodies[i], wishes=Wishes(clearance=0.006))
+    packed = methods.search(method, bodies, box((0.12, 0.12, 0.1)), settings=QUICK, **budget)
+    assert packed.certificate.holds
+    asked = np.array([0.006 if i in (1, 4, 7) else 0.0 for i in packed.chosen])
+    assert (packed.certificate.gaps.of(packed.bodies) == asked).all()
+    assert measure(packed.bodies, packed.matrices, packed.container, asked, 0.0).holds
+
+
+def test_rounds_are_of_the_container_that_is_meant():
+    bodies, room = blocks_and_cans(8), box((0.14, 0.14, 0.12))
+    for method, budget in (("dense", {"effort": 4}), ("paper", {}), ("spectral", {})):
+        packed = methods.search(method, bodies, room, settings=QUICK, clearance=0.004, **budget)
+        assert packed.rounds[-1]["density"] == pytest.approx(packed.density)
+    packed = methods.search("spectral", bodies, parse("auto"), settings=QUICK, clearance=0.004)
+    assert np.prod(packed.rounds[-1]["box"]) * packed.rounds[-1]["density"] == pytest.approx(
+        sum(body.volume for body in bodies)
+    )
+    assert (packed.container.size <= np.array(packed.rounds[-1]["box"]) + 1e-12).all()
+
+
+def test_what_does_not_fit_with_its_clearance_is_told_as_it_is():
+    cube = trimesh.creation.box((0.01,) * 3)
+    body = make_body("cube", cube.vertices, cube.faces)
+    told = "cube: 10 x 10 x 10 mm with 2 mm clear on all sides is larger than the container, 13 x 13 x 13 mm"
+    with pytest.raises(InputError, match=told):
+        methods.search("spectral", [body], box((0.013,) * 3), clearance=0.002, unit="mm")
+    room = Container(make_body("room", (mesh := trimesh.creation.box((0.013,) * 3)).vertices, mesh.faces))
+    with pytest.raises(InputError, match=told):
+        methods.search("spectral", [body], room, clearance=0.002, unit="mm")
+    told = "cube: 10 x 10 x 10 mm with 2 mm clear on all sides is larger than the container, 13 x"
+    with pytest.raises(InputError, match=told):
+        methods.search("spectral", [body], FreeBox((0.013, None, None)), clearance=0.002, unit="mm")
+
+
+def test_what_a_run_asked_for_is_read_again():
+    bodies = blocks_and_cans(3)
+    gaps = measure(bodies, np.tile(np.eye(4), (3, 1, 1)), box((1, 1, 1)), [0.002, 0.001, 0.002], 0.003)
+    wished, common = asked_of(bodies, {"certificate": {"gaps": gaps.to_dict()}})
+    found = clearance_of(wished, **common)
+    assert found.parts.tolist() == [0.002, 0.001, 0.002]
+    assert found.wall == 0.003
+    unwished, common = asked_of(bodies, {"certificate": {}})
+    assert common == {}
+    assert clearance_of(unwished) is None
+    for wrong in ({}, {"certificate": []}, {"certificate": {"gaps": {"clearance": 0.1}}}):
+        with pytest.raises(InputError, match=r"result\.json asks for cannot be read; give --clearance"):
+            asked_of(bodies, wrong)
 
 
 def test_growth_of_two_is_at_least_what_the_larger_asks():
@@ -118,13 +175,15 @@ def test_growth_of_two_is_at_least_what_the_larger_asks():
 )
 def test_clearances_that_are_no_lengths_are_refused(clearance, wall, message):
     with pytest.raises(InputError, match=message):
-        clearance_of(3, clearance, wall)
+        clearance_of(blocks_and_cans(3), clearance, wall)
+    with pytest.raises(InputError, match=r"a clearance is one length in metres, got \[0\.001, 0\.002\]; give parts"):
+        clearance_of(blocks_and_cans(2), [0.001, 0.002])
 
 
 def test_nothing_is_asked_for_by_zeros():
-    assert clearance_of(3, 0.0, None) is None
-    assert clearance_of(3, None, None) is None
-    assert clearance_of(3, 0.002, None).wall == 0.002
+    assert clearance_of(blocks_and_cans(3), 0.0, None) is None
+    assert clearance_of(blocks_and_cans(3), None, None) is None
+    assert clearance_of(blocks_and_cans(3), 0.002, None).wall == 0.002
 
 
 def test_what_leaves_no_room_is_refused():
@@ -142,6 +201,12 @@ def test_grown_bodies_count_as_overlapping_only_if_those_inside_come_too_near():
     assert certify(bodies, matrices, box((4, 4, 4))).holds
     matrices[1, 0, 3] = 1.2 - 1e-6
     assert not certify(bodies, matrices, box((4, 4, 4))).holds
+    bodies[0] = make_body("a", cube.vertices, cube.faces)
+    matrices[1, 0, 3] = 1.1
+    assert certify(bodies, matrices, box((4, 4, 4))).holds, "only one is grown"
+    matrices[1, 0, 3] = 1.1 - 1e-6
+    assert not certify(bodies, matrices, box((4, 4, 4))).holds
+    bodies[0] = grown(bodies[0], 0.1)
     matrices[1, 0, 3] = 1.4
     assert certify(bodies, matrices, box((4, 1.2, 1.2))).holds
     assert len(certify(bodies, matrices, box((4, 1.2 - 1e-6, 1.2))).protrusions) == 2

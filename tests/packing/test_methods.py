@@ -4,12 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import trimesh
 
+import rasp_core as rasp
 from data_fetch import kitchen_like
 from rasp_core.geometry.containers import FreeBox, box
+from rasp_core.geometry.items import Item
 from rasp_core.packing import methods
 from rasp_core.problem import Settings
 from rasp_core.util.errors import InputError
+from tests import judge
 
 SMALL = {"iterations": 60, "resolution": 64, "query_points": 5000}
 
@@ -48,6 +52,17 @@ def test_what_a_method_does_not_know_is_refused(pool, arguments, message):
     bodies, room, _ = methods.load(pool, "box:0.2,0.2,0.2")
     with pytest.raises(InputError, match=message):
         methods.search(arguments.pop("method"), bodies, room, **arguments)
+
+
+@pytest.mark.parametrize("method", methods.METHODS)
+def test_nothing_and_what_is_too_large_are_refused_before_any_search(method):
+    with pytest.raises(InputError, match="there is nothing to pack"):
+        methods.search(method, [], box((0.2, 0.2, 0.2)))
+    with pytest.raises(InputError, match="mm is larger than the container, 20 x 20 x 20 mm"):
+        methods.search(method, kitchen_like(3), box((0.02, 0.02, 0.02)), unit="mm")
+    if method != "paper":
+        with pytest.raises(InputError, match="larger than the container"):
+            methods.search(method, kitchen_like(2), FreeBox((0.01, 0.01, None)))
 
 
 @pytest.mark.parametrize(
@@ -111,3 +126,70 @@ def test_views_are_given_in_pairs(pool):
         methods.load(pool, "box:1,1,1", azimuths_deg=[0, 45])
     with pytest.raises(InputError, match="--azimuths-deg"):
         methods.load(pool, "auto", azimuths_deg=[0], elevations_deg=[0])
+
+
+SHAPES = {"brick": (0.06, 0.035, 0.02), "bar": (0.08, 0.015, 0.02), "cube": (0.025, 0.025, 0.025)}
+
+
+@pytest.fixture
+def wished(tmp_path):
+    """Sixteen blocks, of which the bricks must go in and lie flat, the bars stay upright as in their file, and the
+    cubes, the rest, may only be turned about the vertical."""
+    for name, edges in SHAPES.items():
+        trimesh.creation.box(edges).export(tmp_path / f"{name}.stl")
+    return [
+        Item(tmp_path / "cube.stl", 8, turns="z"),
+        Item(tmp_path / "bar.stl", 5, priority=2, turns="none"),
+        Item(tmp_path / "brick.stl", 3, must=True, turns="flat:2"),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("method", "budget"),
+    [
+        ("paper", {"iterations": 30, "resolution": 32, "query_points": 2000}),
+        ("dense", {"effort": 10, "query_points": 2000}),
+        ("spectral", {}),
+        ("dblf", {}),
+        ("heightmap", {}),
+    ],
+)
+def test_every_method_keeps_turns_and_puts_in_what_must(wished, tmp_path, method, budget):
+    packed = rasp.pack(wished, rasp.box(0.11, 0.1, 0.07), method, clearance=0.002, **budget)
+    assert packed.missing == [] or method == "paper", "which tries little in so few iterations"
+    seen = judge.read(packed.save(tmp_path / "out") / "scene.glb")
+    counts = judge.counts(seen)
+    assert counts["brick"] + len(packed.missing) == 3
+    assert counts["bar"] + counts["cube"] == len(packed.bodies) - counts["brick"]
+    assert judge.least_gap(seen) >= 0.002 - 1e-8
+    assert judge.least_to_box(seen, (0.11, 0.1, 0.07)) >= 0.002 - 1e-8
+    asked = {"brick": "flat:2", "bar": "none", "cube": "z"}
+    for name, (_, rotation) in seen.items():
+        assert judge.off_by(asked[name.split("#")[0]], rotation, [[0, 0, 1], [0, 0, -1]]) < 1e-9, name
+
+
+def test_the_smallest_box_keeps_turns_by_a_baseline_and_refuses_them_otherwise(wished):
+    packed = rasp.pack(wished, "auto", "spectral")
+    for body, matrix in zip(packed.bodies, packed.matrices, strict=True):
+        assert judge.off_by(body.wishes.turns.word, matrix[:3, :3], [[0, 0, 1], [0, 0, -1]]) < 1e-12
+    with pytest.raises(InputError, match="cube: turns z are not kept by method dense in a box to be found; use"):
+        rasp.pack(wished, "auto")
+
+
+@pytest.mark.parametrize("method", ["spectral", "dense", "paper"])
+def test_what_has_priority_goes_in_first_though_it_is_smaller(tmp_path, method):
+    large, small = (trimesh.creation.box([edge] * 3) for edge in (0.09, 0.03))
+    large.export(tmp_path / "large.stl")
+    small.export(tmp_path / "small.stl")
+    items = [Item(tmp_path / "large.stl"), Item(tmp_path / "small.stl", priority=1)]
+    budget = {"dense": {"effort": 5}, "paper": {"iterations": 20}}.get(method, {})
+    assert [body.name for body in rasp.pack(items, rasp.box(0.1, 0.1, 0.1), method, **budget).bodies] == ["small"]
+    assert [body.name for body in rasp.pack(str(tmp_path), rasp.box(0.1, 0.1, 0.1), "spectral").bodies] == ["large"]
+
+
+def test_what_must_go_in_and_does_not_is_named(tmp_path):
+    trimesh.creation.box([0.06] * 3).export(tmp_path / "cube.stl")
+    packed = rasp.pack([Item(tmp_path / "cube.stl", 3, must=True)], rasp.box(0.13, 0.1, 0.1), "spectral")
+    assert len(packed.bodies) == 2
+    assert packed.missing == ["cube#3"]
+    assert packed.record()["missing"] == ["cube#3"]

@@ -1,5 +1,7 @@
 """Pools are drawn by seed, scaled to a container, and what cannot fit is named."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
@@ -7,7 +9,8 @@ import trimesh
 from data_fetch import kitchen_like, polycubes
 from rasp_core.geometry.containers import Container, box
 from rasp_core.geometry.meshes import make_body
-from rasp_core.packing.pool import MOST_DRAWN, check_sizes, draw, fit_scale
+from rasp_core.geometry.wishes import Wishes, turns_of
+from rasp_core.packing.pool import MOST_DRAWN, Worth, check_sizes, draw, fit_scale, kind
 from rasp_core.util.errors import InputError
 
 
@@ -83,3 +86,28 @@ def test_what_fits_exactly_fits():
     cube = trimesh.creation.box((0.3, 0.3, 0.3))
     single = np.asarray(cube.vertices, np.float32)  # 0.3 in 32 bits is more than 0.3
     check_sizes([make_body("cube", single, cube.faces)], box((0.3, 0.3, 0.3)))
+
+
+def test_ranks_come_first_and_volume_tells_the_rest():
+    edges, wishes = (1, 2, 1, 3), (Wishes(), Wishes(priority=2), Wishes(must=True), Wishes(priority=-1))
+    boxes = [trimesh.creation.box([edge] * 3) for edge in edges]
+    worth = Worth(
+        [
+            replace(make_body("b", mesh.vertices, mesh.faces), wishes=wish)
+            for mesh, wish in zip(boxes, wishes, strict=True)
+        ]
+    )
+    assert worth.rank.tolist() == [1, 2, 3, 0]
+    assert worth.first(np.array([3, 1, 0, 2])).tolist() == [2, 1, 0, 3]
+    assert worth.compared([2], [1, 3]) == 1, "what must go in counts more than all others"
+    assert worth.compared([1, 3], [2]) == -1
+    assert worth.compared([2, 3], [2]) == 0, "only volume tells"
+    assert Worth([make_body("b", mesh.vertices, mesh.faces) for mesh in boxes]).rank.tolist() == [0] * 4
+
+
+def test_bodies_of_a_kind_have_one_shape_and_the_same_turns():
+    mesh = trimesh.creation.box((3, 2, 1))
+    body = make_body("b", mesh.vertices, mesh.faces)
+    upright = replace(body, wishes=Wishes(turns=turns_of("z", body.manifold)))
+    assert kind(upright) != kind(body)
+    assert kind(upright) == kind(replace(upright, name="c"))

@@ -12,6 +12,7 @@ from rasp_core import poses
 from rasp_core.geometry.containers import Container, box
 from rasp_core.geometry.meshes import make_body
 from rasp_core.geometry.sdf import bake
+from rasp_core.geometry.wishes import quarter_turns
 from rasp_core.packing import voxel_correlation
 from rasp_core.packing.voxel_correlation import Room, Turned
 
@@ -35,7 +36,7 @@ def naive(room: Room, turned: Turned, field: np.ndarray) -> np.ndarray:
 
 
 def test_quarter_turns_are_the_cubes_group():
-    turns = voxel_correlation.quarter_turns()
+    turns = quarter_turns()
     assert len({tuple(turn.ravel()) for turn in turns}) == 24
     assert np.allclose(np.linalg.det(turns), 1)
     assert np.array_equal(turns[0], np.eye(3))
@@ -71,7 +72,7 @@ def test_polycubes_are_covered_by_their_own_cubes_and_no_others(quarter):
     """Their faces lie on the voxels' borders, inner corners too."""
     cubes = polycubes(cell=0.05, gap=0.0)
     for body in cubes:
-        turned = Turned.covering(body, voxel_correlation.quarter_turns()[quarter], 0.05)
+        turned = Turned.covering(body, quarter_turns()[quarter], 0.05)
         assert turned.voxels.sum() * 0.05**3 == pytest.approx(body.volume)
     assert any(not Turned.covering(body, np.eye(3), 0.05).voxels.all() for body in cubes), "some are no boxes"
 
@@ -79,7 +80,7 @@ def test_polycubes_are_covered_by_their_own_cubes_and_no_others(quarter):
 def test_quarter_turned_voxels_are_those_of_the_turned_body():
     body = kitchen_like(6)[5]
     straight = Turned.covering(body, np.eye(3), 0.004)
-    for quarter in voxel_correlation.quarter_turns():
+    for quarter in quarter_turns():
         turned, anew = straight.turned(quarter, 0.004), Turned.covering(body, quarter, 0.004)
         assert turned.voxels.shape == anew.voxels.shape
         assert (turned.voxels != anew.voxels).mean() < 0.01, "open3d may put what lies on a border to either side"

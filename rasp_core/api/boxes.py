@@ -1,0 +1,187 @@
+"""Several boxes of one kind: all parts in as few of them as are found, each a packing of its own."""
+
+from __future__ import annotations
+
+import csv
+import json
+import shutil
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from ..geometry.containers import Container, FreeBox
+from ..geometry.meshes import Body
+from ..io.atomic_files import whole
+from ..packing.boxes import fill_boxes, least_number
+from ..packing.pool import check_sizes
+from ..util.errors import InputError
+from .inputs import as_bodies, as_container
+from .pack import PackingResult, pack, with_zones
+from .run_folder import RECORD, check_writable
+
+SUMMARY, TABLE = "boxes.json", "boxes.csv"
+
+
+@dataclass(frozen=True)
+class BoxesResult:
+    """Packings of one pool, a box each.
+
+    packings : their `chosen` are indices into the whole pool. left : the bodies that are in none. least : as many boxes
+    as volumes alone ask for. seconds : that all took.
+    """
+
+    packings: list[PackingResult]
+    left: list[Body]
+    least: int
+    seconds: float
+
+    def __len__(self) -> int:
+        return len(self.packings)
+
+    def __getitem__(self, number: int) -> PackingResult:
+        return self.packings[number]
+
+    def __iter__(self) -> Iterator[PackingResult]:
+        return iter(self.packings)
+
+    @property
+    def certified(self) -> bool:
+        """Whether every box is."""
+        return all(packed.certificate.holds for packed in self.packings)
+
+    @property
+    def missing(self) -> list[str]:
+        """Names of the objects that must go in and did not."""
+        return [body.name for body in self.left if body.wishes.must]
+
+    @property
+    def density(self) -> float:
+        """Eq. 6 of all boxes together."""
+        return sum(packed.density for packed in self.packings) / len(self.packings)
+
+    def headline(self) -> str:
+        """What it is, in one line."""
+        objects, boxes = sum(len(packed.chosen) for packed in self), f"{len(self)} box{'es' * (len(self) > 1)}"
+        verdict = "certified" if self.certified else "NOT certified"
+        return f"{objects} of {objects + len(self.left)} objects in {boxes}, density {self.density:.4f}, {verdict}"
+
+    def lines(self, unit: str = "m") -> list[str]:
+        """Each box, its faults and its gaps in words, then what is in none; lengths in a unit of `loading.UNITS`."""
+        told = []
+        for number, packed in enumerate(self, 1):
+            certificate, gaps = packed.certificate, packed.certificate.gaps
+            told.append(f"box {number}: {len(packed.bodies)} objects, density {packed.density:.4f}")
+            told += [f"box {number}: {line}" for line in certificate.lines(unit)[:20]]
+            told += [] if gaps is None else [f"box {number}: {gaps.summary(unit)}"]
+        if self.left:
+            told.append(f"in none of the boxes: {', '.join(body.name for body in self.left)}")
+        if self.missing:
+            told.append(f"must go in, but found no place: {', '.join(self.missing)}")
+        return told
+
+    def __repr__(self) -> str:
+        return f"<{self.headline()}>"
+
+    def to_dict(self) -> dict:
+        """As plain values, for boxes.json."""
+        return {
+            "command": "pack",
+            "boxes": [
+                {
+                    "folder": folder_name(number),
+                    "objects": len(packed.bodies),
+                    "density": packed.density,
+                    "certified": packed.certificate.holds,
+                    "worst_overlap": packed.certificate.worst_overlap,
+                    "worst_protrusion": packed.certificate.worst_protrusion,
+                    "gaps": None if packed.certificate.gaps is None else packed.certificate.gaps.to_dict(),
+                }
+                for number, packed in enumerate(self.packings, 1)
+            ],
+            "least_by_volume": self.least,
+            "density": self.density,
+            "left": [body.name for body in self.left],
+            "missing": self.missing,
+            "seconds": self.seconds,
+        }
+
+    def save(self, folder: str | Path, facts: dict | None = None, export: str = "") -> Path:
+        """Write a run's folder for each box, box_1 and so on, then boxes.csv (which object is in which box) and
+        boxes.json; the folders of boxes that an earlier run had more go. facts, export : as `PackingResult.save` has
+        them. Raises InputError where it cannot be written.
+        """
+        folder = check_writable(folder)
+        try:
+            if (folder / SUMMARY).exists():
+                for old in folder.glob(f"{folder_name('*')}/{RECORD}"):
+                    shutil.rmtree(old.parent)
+                (folder / SUMMARY).unlink()
+            for number, packed in enumerate(self.packings, 1):
+                packed.save(folder / folder_name(number), facts, export=export)
+            with whole(folder / TABLE) as part, part.open("w", newline="", encoding="utf-8") as file:
+                writer = csv.writer(file)
+                writer.writerow(["box", "name", "file"])
+                for number, packed in enumerate(self.packings, 1):
+                    writer.writerows([number, body.name, body.source] for body in packed.bodies)
+            with whole(folder / SUMMARY) as part:
+                part.write_text(json.dumps(self.to_dict(), indent=1) + "\n", encoding="utf-8")
+        except OSError as error:
+            raise InputError(f"{folder}: cannot be written ({error.strerror}); name another folder") from error
+        return folder
+
+
+def pack_boxes(
+    parts: str | Path | Sequence[Body] | Sequence[str | Path],
+    container: str | Path | Container,
+    method: str | None = None,
+    *,
+    boxes: int | None = None,
+    time_limit: float | None = None,
+    keep_out: str | Path | Sequence[Body] | Sequence[str | Path] = (),
+    unit: str = "m",
+    **options,
+) -> BoxesResult:
+    """Pack rigid objects into as few boxes as are found, all like `container`, each certified.
+
+    parts, container, method, keep_out, unit : as `pack` has them. boxes : so many at most, None for as many as are
+    needed. What must go in goes into the first boxes. time_limit : seconds for all boxes together. options : the others
+    of `pack` but count and fixed.
+
+    Raises InputError as `pack` does, for a number of boxes below 1, or a box to be found.
+
+    >>> import rasp_core as rasp
+    >>> from data_fetch import kitchen_like
+    >>> rasp.pack_boxes(kitchen_like(8), rasp.box(0.15, 0.15, 0.12), "spectral")
+    <8 of 8 objects in 2 boxes, density 0.2652, certified>
+    """
+    began = time.monotonic()
+    if boxes is not None and boxes < 1:
+        raise InputError(f"boxes must be 1 or more, or as many as are needed, got {boxes}")
+    for name in ("count", "fixed"):
+        if options.get(name):
+            raise InputError(f"{name} is of one box, and several are asked for; leave one of them out")
+    bodies, room = as_bodies(parts), as_container(container)
+    if isinstance(room, FreeBox):
+        raise InputError("several boxes are of one given kind; give their edges, such as box:0.3,0.2,0.2")
+    room = with_zones(room, keep_out)
+    check_sizes(bodies, room, unit)
+
+    def search(some: Sequence[Body], seconds: float | None) -> PackingResult:
+        return pack(some, room, method, time_limit=seconds, unit=unit, **options)
+
+    found = fill_boxes(search, bodies, room.volume, boxes, time_limit)
+    packings = [
+        replace(
+            packed, chosen=indices, pool=len(bodies), musts=[body.name for body in packed.bodies if body.wishes.must]
+        )
+        for packed, indices in found
+    ]
+    packed = {i for _, indices in found for i in indices}
+    left = [body for i, body in enumerate(bodies) if i not in packed]
+    return BoxesResult(packings, left, least_number(bodies, room.volume), time.monotonic() - began)
+
+
+def folder_name(number: int | str) -> str:
+    """Of a box's run."""
+    return f"box_{number}"

@@ -1,0 +1,129 @@
+"""Packings with a clearance, and around what is there: any search, with grown bodies in a shrunk container.
+
+Every body is grown by half of what is to be kept between two, the container shrunk by the rest of what is to be kept
+from the wall. Grown solids that do not overlap are then as far apart as was asked; nothing else of a search changes.
+Fixed bodies, grown too, are zones without which the container is searched. Of bodies with unequal clearances, two that
+ask for more than the least keep more than that from each other and from the wall.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+import torch
+
+from ..exact.certificate import certify
+from ..geometry.containers import Container, FreeBox, box
+from ..geometry.growing import grown, shrunk
+from ..geometry.meshes import Body
+from ..geometry.zones import without
+from ..poses import Poses, join
+from ..util.errors import InputError
+from ..util.progress import progress_bar
+from .clearance import Clearance
+from .enclosing_box import enclosing_box
+from .result import Packing, finish
+
+LEAST_SECONDS = 1e-3  # that are left to a search, however long growing took
+FEW_TO_GROW = 4  # bodies, up to which growing shows no bar
+
+
+def pack_apart(
+    search: Callable[..., Packing],
+    bodies: Sequence[Body],
+    container: Container | FreeBox,
+    clearance: Clearance | None,
+    fixed: Sequence[Body] = (),
+    device: str | torch.device = "cpu",
+    time_limit: float | None = None,
+    progress: bool = False,
+) -> Packing:
+    """What `search` packs of grown bodies in the shrunk container, as a packing of the bodies in the container.
+
+    search : called with bodies, a container and the `time_limit` in seconds that growing left. clearance : of the
+    bodies and then the fixed ones, None if nothing is asked. fixed : bodies that lie in the container already; what
+    they cover, grown too, is no place for the others. They are the last of the packing's bodies and of its pool.
+    The certificate says what the gaps are. Raises InputError as `search` does, if fixed bodies overlap or stick out,
+    and if nothing of the container is as far from its wall as is asked.
+    """
+    _check_fixed(fixed, container)
+    asked = Clearance(np.zeros(len(bodies) + len(fixed)), 0.0) if clearance is None else clearance
+    began, growth = time.monotonic(), asked.growth
+    margin = asked.wall - float(growth.min(initial=np.inf))
+    room = _shrunk_box(container, margin) if isinstance(container, FreeBox) else shrunk(container, margin)
+    pool = [*bodies, *fixed]
+    large = _grown(pool, growth, progress)
+    if fixed:
+        room = without(room, large[len(bodies) :], whole=container)
+    left = None if time_limit is None else max(LEAST_SECONDS, time_limit - (time.monotonic() - began))
+    packed = search(large[: len(bodies)], room, time_limit=left)
+    chosen = [pool[i] for i in packed.chosen]
+    matrices = torch.from_numpy(packed.matrices)
+    centres = torch.from_numpy(np.array([body.centre for body in chosen]))
+    rotation = matrices[:, :3, :3]
+    poses = Poses(rotation, matrices[:, :3, 3] + (rotation @ centres[:, :, None])[:, :, 0])
+    if isinstance(container, FreeBox):
+        closest, poses = enclosing_box(chosen, poses, _shrunk_box(container, asked.wall))
+        container = box([e or size + 2 * asked.wall for e, size in zip(container.edges, closest.size, strict=True)])
+
+    def finished(positions: Sequence[int]) -> Packing:
+        indices = [*(packed.chosen[i] for i in positions), *range(len(bodies), len(pool))]
+        return finish(
+            pool,
+            indices,
+            join(poses.take(positions), _as_they_lie(fixed)),
+            container,
+            packed.arrangement.settings,
+            device,
+            history=[packed.history],
+            rounds=packed.rounds,
+            pulls=[packed.arrangement.pulls],
+            interrupted=packed.arrangement.interrupted,
+            clearance=None if clearance is None else (asked.parts[indices], asked.wall),
+        )
+
+    kept = list(range(len(chosen)))
+    found = finished(kept)
+    if packed.certificate.holds and not found.certificate.holds and fixed:
+        # what is tolerated of a body in a fixed one may be too much of the fixed one, where that is the smaller
+        faults = {name for one in found.certificate.overlaps for name in (one.first, one.second)}
+        kept = [i for i in kept if chosen[i].name not in faults]
+        found = finished(kept)
+    return found
+
+
+def _check_fixed(fixed: Sequence[Body], container: Container | FreeBox) -> None:
+    if not fixed:
+        return
+    if isinstance(container, FreeBox):
+        raise InputError("what is fixed needs a container that is given; a box to be found has no place yet")
+    certificate = certify(fixed, np.tile(np.eye(4), (len(fixed), 1, 1)), container)
+    if not certificate.holds:
+        raise InputError(
+            f"what is fixed must fit: {certificate.lines()[0]}; leave it out, or name it a zone to keep out"
+        )
+
+
+def _as_they_lie(fixed: Sequence[Body]) -> Poses:
+    centres = np.array([body.centre for body in fixed]).reshape(-1, 3)
+    return Poses(torch.eye(3, dtype=torch.float64).expand(len(fixed), 3, 3), torch.from_numpy(centres))
+
+
+def _grown(bodies: Sequence[Body], growth: np.ndarray, progress: bool) -> list[Body]:
+    large = []
+    with progress_bar("clearance", "object", progress and len(bodies) > FEW_TO_GROW, len(bodies)) as bar:
+        for body, radius in zip(bodies, growth.tolist(), strict=True):
+            apart = replace(body.wishes, clearance=None)  # the search itself keeps none
+            large.append(replace(grown(body, radius) if radius > 0 else body, wishes=apart))
+            bar.update()
+    return large
+
+
+def _shrunk_box(shape: FreeBox, margin: float) -> FreeBox:
+    edges = tuple(None if edge is None else edge - 2 * margin for edge in shape.edges)
+    if any(edge is not None and edge <= 0 for edge in edges):
+        raise InputError(f"nothing between the fixed edges is {margin:.3g} m from the wall; ask for less clearance")
+    return FreeBox(edges, shape.cube, margin)
