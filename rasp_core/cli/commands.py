@@ -47,9 +47,7 @@ def pack(options: argparse.Namespace) -> int:
     folder, reading = check_writable(options.out), _reading(options)
     method = _method(options, _given(options, "time_limit", "effort", *SETTINGS) | _counted(count))
     if options.record and (options.boxes or options.fixed):
-        raise InputError(
-            "--record shows all objects of one box on their way; leave out --boxes and --fixed, or --record"
-        )
+        raise InputError("--record shows the objects of one box on their way; leave out --boxes and --fixed")
     if options.record and method != "paper":
         raise InputError(f"--record shows how Eq. 1 arranges, which method {method} does not; leave it out")
     bodies, container, scale = methods.load(

@@ -70,6 +70,12 @@ def test_a_recorded_packing_is_the_same_and_ends_where_it_lies(tmp_path):
     assert not (alone.save(tmp_path / "alone") / "run.html").exists()
 
 
+def test_a_recording_with_fixed_objects_is_refused():
+    first, second = kitchen_like(2)
+    with pytest.raises(InputError, match="leave one out"):
+        rasp.pack([first], BOX, fixed=[second], record=True)
+
+
 def test_what_rests_on_others_is_not_said_to_keep_its_clearance():
     apart = rasp.pack(kitchen_like(2), BOX, method="spectral", clearance=0.02)
     assert apart.certificate.holds

@@ -37,6 +37,13 @@ def test_a_search_without_eq_1_is_not_recorded(cans, tmp_path, capsys):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize("more", [["--boxes", "auto"], ["--fixed", "cans"]])
+def test_what_is_of_several_boxes_or_stays_is_not_recorded(cans, tmp_path, capsys, more):
+    assert main(["pack", str(cans), "--container", BOX, "--out", str(tmp_path / "out"), "--record", *more]) == 2
+    told = "rasp: --record shows the objects of one box on their way; leave out --boxes and --fixed\n"
+    assert capsys.readouterr().err == told
+
+
 def test_the_smallest_box_is_found_judged_and_told_in_the_unit(cans, tmp_path, capsys):
     out = tmp_path / "out"
     command = ["pack", str(cans), "--container", "auto:0.15,0.15,*", "--unit", "cm", "--effort", "3", "--out", str(out)]
