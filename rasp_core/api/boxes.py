@@ -14,6 +14,8 @@ from ..geometry.containers import Container, FreeBox
 from ..geometry.meshes import Body
 from ..io.atomic_files import whole
 from ..packing.boxes import fill_boxes, least_number
+from ..packing.constructive import RULES
+from ..packing.methods import SETTINGS, USES, refuse_ignored, resolve_method
 from ..packing.pool import check_sizes
 from ..util.errors import InputError
 from .inputs import as_bodies, as_container
@@ -21,6 +23,7 @@ from .pack import PackingResult, pack, with_zones
 from .run_folder import RECORD, check_writable
 
 SUMMARY, TABLE = "boxes.json", "boxes.csv"
+PLACEMENT = "spectral"  # what boxes are filled by before a search refills them
 
 
 @dataclass(frozen=True)
@@ -145,8 +148,9 @@ def pack_boxes(
     """Pack rigid objects into as few boxes as are found, all like `container`, each certified.
 
     parts, container, method, keep_out, unit : as `pack` has them. boxes : so many at most, None for as many as are
-    needed. What must go in goes into the first boxes. time_limit : seconds for all boxes together. options : the others
-    of `pack` but count and fixed.
+    needed. What must go in goes into the first boxes. Boxes are filled by spectral placements, then refilled by the
+    method as far as that gains. time_limit : seconds for refilling, all boxes together. options : the others of `pack`
+    but count and fixed.
 
     Raises InputError as `pack` does, for a number of boxes below 1, or a box to be found.
 
@@ -167,10 +171,17 @@ def pack_boxes(
     room = with_zones(room, keep_out)
     check_sizes(bodies, room, unit)
 
+    method = resolve_method(method, room)
+    shared = {name: value for name, value in options.items() if name not in SETTINGS or name in USES[PLACEMENT]}
+
+    def place(some: Sequence[Body]) -> PackingResult:
+        return pack(some, room, method if method in RULES else PLACEMENT, unit=unit, **shared)
+
     def search(some: Sequence[Body], seconds: float | None) -> PackingResult:
         return pack(some, room, method, time_limit=seconds, unit=unit, **options)
 
-    found = fill_boxes(search, bodies, room.volume, boxes, time_limit)
+    refuse_ignored(method, {name: value for name, value in options.items() if value is not None}, room)
+    found = fill_boxes(place, search, bodies, room.volume, boxes, time_limit)
     packings = [
         replace(
             packed, chosen=indices, pool=len(bodies), musts=[body.name for body in packed.bodies if body.wishes.must]
