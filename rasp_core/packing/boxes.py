@@ -78,6 +78,8 @@ class _Filling:
             except InputError:
                 if not self.boxes:
                     raise
+                self.left = []  # what goes into no empty box is not offered to others
+                self.least = least_number([self.bodies[i] for _, box in self.boxes for i in box], self.volume)
                 return
             self.boxes.append(box)
             self.left = [i for i in self.left if i not in set(box[1])]

@@ -165,14 +165,14 @@ def search(
     given = {"count": count, "time_limit": time_limit, "effort": effort}
     refuse_ignored(method, {name: value for name, value in given.items() if value is not None}, container)
     _refuse_turns(method, bodies, container)
+    largest = minimal_box.largest_box(bodies, container) if isinstance(container, FreeBox) else container
+    check_sizes(bodies, largest, unit)
     apart = clearance_of([*bodies, *fixed], clearance, wall_clearance)
     if apart is not None or fixed:
         given.pop("time_limit")
         options = {"settings": settings, "device": device, "progress": progress, "watch": watch, "unit": unit}
         alone = partial(search, method, **options, **given)
         return pack_apart(alone, bodies, container, apart, fixed, device, time_limit, progress)
-    largest = minimal_box.largest_box(bodies, container) if isinstance(container, FreeBox) else container
-    check_sizes(bodies, largest, unit)
     if isinstance(container, FreeBox):
         return minimal_box.pack(
             bodies,

@@ -86,6 +86,7 @@ def test_ranks_count_more_than_volume():
 
 def test_what_fits_nowhere_is_left_over_but_not_if_it_is_all():
     assert filled(cubes(0.6, 1.5)) == [[0]]
+    assert len(filled(cubes(0.3, 0.3, 0.7, 0.7, 1.5), by_size)) == 2, "the others are still brought closer"
     with pytest.raises(InputError, match="not one of the objects"):
         filled(cubes(1.5))
 
