@@ -156,8 +156,8 @@ def pack_boxes(
 
     >>> import rasp_core as rasp
     >>> from data_fetch import kitchen_like
-    >>> rasp.pack_boxes(kitchen_like(8), rasp.box(0.15, 0.15, 0.12), "spectral")
-    <8 of 8 objects in 2 boxes, density 0.2652, certified>
+    >>> rasp.pack_boxes(kitchen_like(5), rasp.box(0.15, 0.15, 0.12), "spectral")
+    <5 of 5 objects in 2 boxes, density 0.2440, certified>
     """
     began = time.monotonic()
     if boxes is not None and boxes < 1:

@@ -29,6 +29,12 @@ class Item:
     the kit's.
 
     Raises InputError where a field makes no sense.
+
+    >>> import rasp_core as rasp
+    >>> from data_fetch import kitchen_like
+    >>> twelve = rasp.Item(kitchen_like(1)[0], count=12, turns="z", must=True)
+    >>> len(twelve.bodies())
+    12
     """
 
     part: str | Path | Body
