@@ -26,6 +26,8 @@ def build(out: Path) -> None:
             raise SystemExit("the site was not built; mend what Sphinx or pdoc says above")
         shutil.copy(html / "README.html", html / "index.html")
         write_gallery(html)
+        for path in (html / "_static").rglob("*.map"):  # for those who debug the theme's scripts
+            path.unlink()
         shutil.rmtree(out, ignore_errors=True)
         html.rename(out)
 
