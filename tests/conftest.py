@@ -40,6 +40,16 @@ def kitchen(data):
     return load_bodies([data / "kitchen"])
 
 
+@pytest.fixture(scope="session")
+def problem():
+    """Six embedded objects in a box of 30 cm."""
+    from data_fetch import kitchen_like
+    from rasp_core.geometry import containers
+    from rasp_core.problem import Problem
+
+    return Problem(kitchen_like(6), containers.box((0.3, 0.3, 0.3)))
+
+
 @pytest.fixture(scope="module")
 def new_page():
     """A function that opens a page in headless Chromium; the module's last test closes it, with its event loop."""

@@ -6,24 +6,16 @@ import numpy as np
 import pytest
 import torch
 
-from data_fetch import kitchen_like
-from rasp_core.geometry import containers
 from rasp_core.iteration import _moment, init, step
 from rasp_core.optimizer import optimize, run
 from rasp_core.poses import Poses
-from rasp_core.problem import Problem, Settings
+from rasp_core.problem import Settings
 
-BOX = containers.box((0.3, 0.3, 0.3))
 QUICK = Settings(iterations=20, query_points=5000, resolution=64)
 
 
-@pytest.fixture(scope="module")
-def problem():
-    return Problem(kitchen_like(6), BOX)
-
-
 def test_optimize_is_init_and_a_step_for_each_iteration(problem):
-    start = Poses.random(problem.bodies, BOX, QUICK.seed)
+    start = Poses.random(problem.bodies, problem.container, QUICK.seed)
     state = init(problem, QUICK, start, problem.scene(viewing_volume=QUICK.viewing_volume))
     steps = [step(state) for _ in range(3)]
     assert [found.iteration for found in steps] == [0, 1, 2]
@@ -33,7 +25,7 @@ def test_optimize_is_init_and_a_step_for_each_iteration(problem):
     whole = optimize(problem, QUICK, start)
     assert torch.equal(state.variables.poses()[1].detach().double(), whole.translation)
     assert np.array_equal(torch.stack(state.history).numpy(), whole.history)
-    assert (whole.bodies, whole.container) == (problem.bodies, BOX)
+    assert (whole.bodies, whole.container) == (problem.bodies, problem.container)
 
 
 def test_pulls_are_noted_every_tenth_iteration(problem):

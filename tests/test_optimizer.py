@@ -16,13 +16,8 @@ from rasp_core.poses import Poses
 from rasp_core.problem import Problem, Settings
 from rasp_core.util.errors import InputError
 
-BOX = containers.box((0.3, 0.3, 0.3))
+BOX = containers.box((0.3, 0.3, 0.3))  # of `problem`, too
 QUICK = Settings(iterations=20, query_points=5000, resolution=64)
-
-
-@pytest.fixture(scope="module")
-def problem():
-    return Problem(kitchen_like(6), BOX)
 
 
 def test_overlapping_bodies_are_separated_inside_the_box(problem):

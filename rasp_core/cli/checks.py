@@ -23,6 +23,16 @@ def check_clearances(options: argparse.Namespace) -> None:
             raise InputError(f"--{name.replace('_', '-')} must be a length of 0 or more, got {length:g}")
 
 
+def check_together(options: argparse.Namespace) -> None:
+    """What is asked of one packing goes together."""
+    if options.settle and options.boxes:
+        raise InputError("--settle is of one box, and --boxes asks for several; settle each of them by its scene")
+    if options.settle and options.fixed:
+        raise InputError("--settle lets all objects fall, and those of --fixed stay; leave one of them out")
+    if options.record and (options.boxes or options.fixed):
+        raise InputError("--record shows the objects of one box on their way; leave out --boxes and --fixed")
+
+
 def count_of(text: str, option: str = "--count") -> int | None:
     """The number of objects, or what another option counts, None for `auto`."""
     if text == "auto":

@@ -13,7 +13,7 @@ from pathlib import Path
 from ..io.atomic_files import whole
 from ..util.errors import InputError
 from ..util.loading import loading
-from .checks import CLEARANCES, check_clearances, check_time, count_of
+from .checks import CLEARANCES, check_clearances, check_time, check_together, count_of
 
 WEIGHTS = ("weighting", "shadow", "lambda_", "epsilon")  # options that are fields of `problem.Settings`
 SETTINGS = (*WEIGHTS, "viewing_volume", "iterations", "resolution")
@@ -40,14 +40,9 @@ def pack(options: argparse.Namespace) -> int:
     check_time(options)
     check_clearances(options)
     formats(options.export)
-    if options.settle and options.boxes:
-        raise InputError("--settle is of one box, and --boxes asks for several; settle each of them by its scene")
-    if options.settle and options.fixed:
-        raise InputError("--settle lets all objects fall, and those of --fixed stay; leave one of them out")
+    check_together(options)
     folder, reading = check_writable(options.out), _reading(options)
     method = _method(options, _given(options, "time_limit", "effort", *SETTINGS) | _counted(count))
-    if options.record and (options.boxes or options.fixed):
-        raise InputError("--record shows the objects of one box on their way; leave out --boxes and --fixed")
     if options.record and method != "paper":
         raise InputError(f"--record shows how Eq. 1 arranges, which method {method} does not; leave it out")
     bodies, container, scale = methods.load(

@@ -159,7 +159,7 @@ class Recording:
         self.container, self.cameras = container, cameras
 
     def encoded(self) -> dict:
-        """As plain values for JSON, see `recording_format`; a hundred frames of 20 objects take some 30 KB."""
+        """As plain values for JSON, see `recording_format`; a hundred frames of 20 objects take some 45 KB."""
         return recording_format.encode(self.bodies, self.container, self.cameras, self.varied, self.runs)
 
     def page(self) -> str:

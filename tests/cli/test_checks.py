@@ -4,7 +4,7 @@ from argparse import Namespace
 
 import pytest
 
-from rasp_core.cli.checks import check_clearances, check_time, count_of
+from rasp_core.cli.checks import check_clearances, check_time, check_together, count_of
 from rasp_core.util.errors import InputError
 
 
@@ -29,3 +29,13 @@ def test_clearances_are_lengths():
     for wrong in (-1.0, float("nan"), float("inf")):
         with pytest.raises(InputError, match="--wall-clearance must be a length of 0 or more"):
             check_clearances(Namespace(clearance=1.0, wall_clearance=wrong))
+
+
+def test_what_is_of_one_box_in_motion_goes_with_neither_boxes_nor_what_is_fixed():
+    alone = {"settle": False, "record": False, "boxes": None, "fixed": None}
+    for fine in ({}, {"settle": True, "record": True}, {"boxes": "auto", "fixed": ["there.stl"]}):
+        check_together(Namespace(**alone | fine))
+    for moves in ("settle", "record"):
+        for other in ({"boxes": "2"}, {"fixed": ["there.stl"]}):
+            with pytest.raises(InputError, match=f"--{moves} .*--{next(iter(other))}"):
+                check_together(Namespace(**alone | {moves: True} | other))

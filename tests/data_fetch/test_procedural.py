@@ -36,19 +36,19 @@ def test_a_torus_has_pappus_volume():
     assert procedural.torus(0.2, 0.05).volume == pytest.approx(2 * np.pi**2 * 0.2 * 0.05**2, rel=0.01)
 
 
+def assert_one_closed_piece(body, axis, length):
+    assert is_closed(body.faces)
+    assert len(body.manifold.decompose()) == 1
+    assert 2 * body.half_extents[axis] == pytest.approx(length)
+    assert 0.2 < body.volume / np.prod(2 * body.half_extents) < 0.6
+
+
 def test_a_duck_is_one_closed_piece_of_its_length():
-    duck = procedural.duck(0.4)
-    assert is_closed(duck.faces)
-    assert len(duck.manifold.decompose()) == 1
-    assert 2 * duck.half_extents[0] == pytest.approx(0.4)
-    assert 0.2 < duck.volume / np.prod(2 * duck.half_extents) < 0.6
+    assert_one_closed_piece(procedural.duck(0.4), axis=0, length=0.4)
 
 
 def test_a_head_is_one_closed_piece_of_its_height_with_a_nose():
     head = procedural.head(0.3)
-    assert is_closed(head.faces)
-    assert len(head.manifold.decompose()) == 1
-    assert 2 * head.half_extents[2] == pytest.approx(0.3)
-    assert 0.2 < head.volume / np.prod(2 * head.half_extents) < 0.6
+    assert_one_closed_piece(head, axis=2, length=0.3)
     foremost = head.solid_vertices[head.solid_vertices[:, 1].argmin()]
     assert abs(foremost[0]) < 0.1 * head.half_extents[0], "the face looks to -y"
