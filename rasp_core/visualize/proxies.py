@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..exact.certificate import placed_solid
-from ..geometry.meshes import Body
+from ..geometry.meshes import Body, make_body
 from .scene3d import colours, scene_picture, trimmed
 from .style import OVERLAP
 
@@ -17,8 +17,6 @@ RED = (*OVERLAP, 0.6)
 
 def shared(bodies: Sequence[Body], matrices: np.ndarray) -> list[Body]:
     """What each two of bodies that `matrices` `(N, 4, 4)` place have in common, as bodies where they lie."""
-    from ..geometry.meshes import make_body
-
     solids = [placed_solid(body, matrix) for body, matrix in zip(bodies, matrices, strict=True)]
     found = []
     for i, solid in enumerate(solids):
@@ -39,9 +37,7 @@ def enclosed(bodies: Sequence[Body], proxies: Sequence[Body], matrices: np.ndarr
     return trimmed(scene_picture([*bodies, *proxies, *common], places, size=size, **look), 4)
 
 
-def overlapping(
-    bodies: Sequence[Body], matrices: np.ndarray, size=(700, 520), elevation_deg: float = 6.0
-) -> np.ndarray:
+def overlapping(bodies: Sequence[Body], matrices: np.ndarray, size=(700, 520)) -> np.ndarray:
     """A picture of bodies that `matrices` `(N, 4, 4)` place, as glass, with what two of them share in red."""
     common = shared(bodies, matrices)
     hues = np.array([*[(*GLASS[:3], 0.3)] * len(bodies), *[(*OVERLAP, 1.0)] * len(common)])
