@@ -109,7 +109,7 @@ def init(problem: Problem, settings: Settings, start: Poses, scene: Scene) -> St
     if given != count or start.translation.shape[-2] != count:
         raise InputError(f"the start has {given} poses for {count} objects; give one for each")
     targets = problem.target_images(scene, settings.resolution, settings.shadow)
-    lattice = query_lattice(scene.container, settings.query_points, scene.device, scene.dtype)
+    lattice = query_lattice(scene.container, settings.query_points, scene.device, scene.dtype, settings.query_volume)
     start = Poses(start.rotation.to(scene.device, scene.dtype), start.translation.to(scene.device, scene.dtype))
     variables = Variables(start, scene.movers, scene.width, settings.rotation, scene.freedom)
     identity = {"settings": asdict(settings), "bodies": [body.digest for body in scene.bodies], "movers": scene.movers}

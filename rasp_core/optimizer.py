@@ -97,7 +97,7 @@ def optimize(
     start : poses to start from; random ones by `settings.seed` where None. scene : the problem's tensors, where they
     are at hand.
     callback : called after each iteration. True ends the run; other Settings take over from the next iteration on (all
-    but resolution, shadow, query_points, rotation and seed, which stay as they were).
+    but resolution, shadow, query_points, query_volume, rotation and seed, which stay as they were).
     progress : a bar on standard error.
     checkpoint : a file that the state is written to every `checkpoint_every` iterations and at the end; where it is
     there already, the run goes on from it, to the same result bit for bit.
@@ -205,6 +205,7 @@ def _taken_over(settings: Settings, before: Settings) -> Settings:
         resolution=before.resolution,
         shadow=before.shadow,
         query_points=before.query_points,
+        query_volume=before.query_volume,
         rotation=before.rotation,
         seed=before.seed,
     )

@@ -78,6 +78,8 @@ class Settings:
     overlap_term : "shared" or "as_printed", see `losses.overlap`.
     query_points, jitter : how many, and whether the lattice is shifted at random at every iteration, so that no
         overlap hides between its points (the paper's points are fixed).
+    query_volume : edge of the box of query points, over the container's. 1: they lie within the walls, as the paper's
+        do, and what overlaps outside is not seen; above 1 they are as close, and more.
     resolution : pixels along an image's edge.
     softness_px, final_softness_px : blur of the silhouettes' difference, falling geometrically, for a 256 pixel image.
     rotation : "angles" (three angles -> quaternion -> rotation, the paper's) or "quaternion".
@@ -98,6 +100,7 @@ class Settings:
     overlap_term: str = "shared"
     query_points: int = query_points.QUERY_POINTS
     jitter: bool = True
+    query_volume: float = 1.0
     resolution: int = 256
     softness_px: float = 8.0
     final_softness_px: float = 1.0
@@ -113,6 +116,8 @@ class Settings:
                 raise InputError(f"{name} must not be negative, got {getattr(self, name)}")
         if not self.viewing_volume >= 1:
             raise InputError(f"viewing_volume must be at least 1, the container's own, got {self.viewing_volume}")
+        if not self.query_volume >= 1:
+            raise InputError(f"query_volume must be at least 1, the container's own, got {self.query_volume}")
         if self.weighting not in WEIGHTINGS:
             raise InputError(f"weighting {self.weighting!r} is unknown; use one of {', '.join(WEIGHTINGS)}")
         if self.shadow not in SHADOWS:

@@ -50,16 +50,22 @@ class Lattice:
         return replace(self, origin=self.origin + fraction * self.spacing)
 
 
-def query_lattice(container: Container, count: int = QUERY_POINTS, device="cpu", dtype=torch.float32) -> Lattice:
-    """About `count` lattice points in the container. Raises InputError where count is not positive."""
+def query_lattice(
+    container: Container, count: int = QUERY_POINTS, device="cpu", dtype=torch.float32, volume: float = 1.0
+) -> Lattice:
+    """About `count` lattice points in the container, and as close ones around it.
+
+    volume : the edge of the box that the lattice fills, over that of the container's bounding box; 1 for points within
+    the walls alone. Raises InputError where count is not positive.
+    """
     if count < 1:
         raise InputError(f"at least one query point is needed, got {count}")
     spacing = (container.volume / count) ** (1 / 3)
     low, high = (torch.as_tensor(corner, device=device, dtype=dtype) for corner in container.bounds)
-    shape = [max(1, round(float(edge) / spacing)) for edge in high - low]
+    shape = [max(1, round(volume * float(edge) / spacing)) for edge in high - low]
     steps = torch.tensor(shape, device=device, dtype=dtype) - 1
     lattice = Lattice((low + high) / 2 - steps * spacing / 2, spacing, tuple(shape), None)
-    if container.size is not None:
+    if container.size is not None or volume > 1:
         return lattice
     return Lattice(lattice.origin, spacing, lattice.shape, container.signed_distance(lattice.points())[0] < 0)
 

@@ -26,7 +26,7 @@ from .kernels import dispatch, wrenches
 from .util import capacity
 from .util.devices import side_by_side
 
-SHADES = 2.0**40  # that a pixel can have, where its shades are summed as whole numbers
+SHADE = 2.0**-40  # the step in which shades of a pixel are summed
 
 
 def render_at_rest(body: Body, views: Views, resolution: int) -> Tensor:
@@ -96,7 +96,7 @@ def _gaussian(reach: int, softness_px: float | Tensor, like: Tensor) -> Tensor:
     return kernel / kernel.sum()
 
 
-def _cuts(first: Tensor, last: Tensor, resolution: int, cut: Tensor | None = None, name: str = "cuts"):
+def _cuts(first: Tensor, last: Tensor, resolution: int, cut: Tensor | None, name: str):
     """For each edge that is to be `cut` the pixel lines whose centres lie in [first, last): the edges' indices, the
     lines, and which of them are real, see `util.capacity`."""
     low = (torch.minimum(first, last) - 0.5).ceil().clamp(0, resolution).long()
@@ -145,7 +145,7 @@ class _Render(torch.autograd.Function):
         steep = (v[:, 1] - v[:, 0]).abs() >= (u[:, 1] - u[:, 0]).abs()
         with side_by_side(rotation.device, "axes") as aside:
             with aside():
-                flat = ~steep if lines.real is None else ~steep & lines.real
+                flat = capacity.only(lines.real, ~steep)
                 cut, column, real = _cuts(u[:, 0], u[:, 1], n, flat, "cuts with columns")
                 parameter, y, slope = _cross(v, u, cut, column, real)
                 down = torch.where(u[:, 1] > u[:, 0], -lines.sign, lines.sign)[cut]  # +1 enters downwards
@@ -158,12 +158,12 @@ class _Render(torch.autograd.Function):
         passed = [(lines.cut, lines.parameter, lines.slope), (cut, parameter, slope)]
         pairs = [along_rows, along_columns]
 
-        # in whole steps, whose sum does not depend on the order in which a GPU takes them
-        shades, saved = torch.zeros(inside.numel(), dtype=torch.int64, device=inside.device), []
-        for (kept, pixel, shade, rising), (cut, parameter, slope) in zip(pairs, passed, strict=True):
-            shades.index_add_(0, pixel, (shade * SHADES).round().long())
-            saved.append((cut[kept], pixel, rising, parameter[kept], slope[kept]))
-        image = inside + (shades.to(rotation.dtype) / SHADES).view(inside.shape)
+        saved = [
+            (cut[kept], pixel, rising, parameter[kept], slope[kept])
+            for (kept, pixel, _, rising), (cut, parameter, slope) in zip(pairs, passed, strict=True)
+        ]
+        pixel, shade = (torch.cat([pair[k] for pair in pairs]) for k in (1, 2))
+        image = inside + wrenches.sum_in_steps(inside.numel(), pixel, shade, SHADE).view(inside.shape)
         ctx.scene = (outlines, views, n, view, lines.edge, saved, lines.depth)
         ctx.save_for_backward(rotation, translation, image)
         return image.clamp(0, 1)

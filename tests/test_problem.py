@@ -32,6 +32,7 @@ def test_schedules_fall_geometrically():
         {"overlap_term": "none"},
         {"weighting": "unheard-of"},
         {"viewing_volume": 0.9},
+        {"query_volume": 0.9},
         {"shadow": "hologram"},
     ],
 )

@@ -22,6 +22,18 @@ def test_lattices_hold_about_the_points_asked_for_and_only_those_inside():
     assert around.min() > 0.06
 
 
+@pytest.mark.parametrize("container", [BOX, containers.Container(torus(0.12, 0.05))])
+def test_lattices_beyond_the_walls_are_as_close_and_hold_all_points(container):
+    within = query_points.query_lattice(container, 20_000)
+    wide = query_points.query_lattice(container, 20_000, volume=1.5)
+    points, bounds = wide.points().numpy(), container.bounds
+    assert wide.spacing == within.spacing
+    assert np.allclose((points.min(0) + points.max(0)) / 2, bounds.mean(0), atol=1e-6)
+    assert np.allclose(np.ptp(points, axis=0) + wide.spacing, 1.5 * np.ptp(bounds, axis=0), atol=wide.spacing)
+    assert wide.inside is None
+    assert wide.count == len(points)
+
+
 def test_empty_lattices_are_refused():
     with pytest.raises(InputError, match="query point"):
         query_points.query_lattice(BOX, 0)

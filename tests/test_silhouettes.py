@@ -170,5 +170,5 @@ def test_cost_follows_the_contours_not_bodies_times_pixels(two_balls):
         pixels, _ = project(outlines, identity, place, views, resolution)
         view, edge, _, _ = contour_edges(outlines, identity, place, views)
         ends = pixels[view[:, None], outlines.edges[edge, :2]]
-        cuts.append(len(silhouettes._cuts(ends[:, 0, 1], ends[:, 1, 1], resolution)[0]))
+        cuts.append(len(silhouettes._cuts(ends[:, 0, 1], ends[:, 1, 1], resolution, None, "cuts")[0]))
     assert cuts[1] == pytest.approx(2 * cuts[0], rel=0.02)

@@ -183,9 +183,7 @@ def pack(
     if unknown := sorted(settings.keys() - known):
         raise InputError(f"pack has no setting {', '.join(unknown)}; use some of {', '.join(sorted(known))}")
     named = {name: value for name, value in given.items() if value is not None}
-    methods.refuse_ignored(method, named | settings, room)
-    if record and method != "paper":
-        raise InputError(f"record shows how Eq. 1 arranges, which method {method} does not; leave it out, or use paper")
+    methods.refuse_ignored(method, named | settings | ({"record": True} if record else {}), room)
     if record and there:
         raise InputError("record shows all objects on their way, and fixed ones stay in their places; leave one out")
     recorder, chosen = _recorder(bodies, room) if record else None, resolve_device(device)

@@ -42,9 +42,7 @@ def pack(options: argparse.Namespace) -> int:
     formats(options.export)
     check_together(options)
     folder, reading = check_writable(options.out), _reading(options)
-    method = _method(options, _given(options, "time_limit", "effort", *SETTINGS) | _counted(count))
-    if options.record and method != "paper":
-        raise InputError(f"--record shows how Eq. 1 arranges, which method {method} does not; leave it out")
+    method = _method(options, _given(options, "time_limit", "effort", "record", *SETTINGS) | _counted(count))
     bodies, container, scale = methods.load(
         objects=options.objects,
         container=_container(options),
@@ -76,7 +74,7 @@ def pack(options: argparse.Namespace) -> int:
             print(f"rasp: {line}", file=sys.stderr)
         print(f"{folder}: {found.headline()}; by volume alone {found.least}")
         return 0 if found.certified and not found.missing else 1
-    packed = pack_parts(bodies, container, method, record=options.record, **asked)
+    packed = pack_parts(bodies, container, method, record=bool(options.record), **asked)
     print(f"rasp: {_removal(packed.removal)}", file=sys.stderr)
     if any(packed.gradient_shares.values()):
         shares = ", ".join(f"{name} {share:.0%}" for name, share in packed.gradient_shares.items())

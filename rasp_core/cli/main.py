@@ -101,7 +101,9 @@ def _parser() -> _Parser:
     pack.add_argument("--keep-out", action="append", metavar="FILE", help="a closed mesh, a zone that stays free")
     pack.add_argument("--settle", action="store_true", help="let the packing fall under gravity, and judge it anew")
     pack.add_argument("--export", default="", metavar="FORMATS", help="of 3mf,stl,csv: the parts in their places")
-    pack.add_argument("--record", action="store_true", help="also run.html: how the objects came there, to be played")
+    pack.add_argument(
+        "--record", action="store_true", default=None, help="also run.html: how the objects came there, to be played"
+    )
     pack.add_argument("--out", type=Path, default=Path("out"), help="the run's folder (default: out)")
     pack.set_defaults(run=commands.pack)
 

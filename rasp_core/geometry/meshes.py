@@ -16,6 +16,7 @@ import manifold3d
 import numpy as np
 
 from ..util.errors import MeshError
+from ..util.numbering import numbered
 from .repair import repair as mend
 from .shells import to_manifold
 from .wishes import NO_WISHES, Wishes
@@ -170,7 +171,7 @@ def unique_names(bodies: Sequence[Body]) -> list[Body]:
     seen = dict.fromkeys(RESERVED, 1)
     named = []
     for body in bodies:
-        stem = body.name.split("#")[0]
+        stem, _ = numbered(body.name)
         seen[stem] = seen.get(stem, 0) + 1
         name = stem if seen[stem] == 1 else f"{stem}#{seen[stem]}"
         named.append(body if name == body.name else replace(body, name=name))
@@ -181,15 +182,10 @@ def named_apart(bodies: Sequence[Body], others: Sequence[Body]) -> list[Body]:
     """The bodies, with higher numbers than others have where their names are the same but for numbers."""
     highest: dict[str, int] = {}
     for body in others:
-        stem, number = _numbered(body.name)
+        stem, number = numbered(body.name)
         highest[stem] = max(number, highest.get(stem, 0))
-    split = [(body, *_numbered(body.name)) for body in bodies]
+    split = [(body, *numbered(body.name)) for body in bodies]
     return [
         replace(body, name=f"{stem}#{number + highest[stem]}") if stem in highest else body
         for body, stem, number in split
     ]
-
-
-def _numbered(name: str) -> tuple[str, int]:
-    stem, _, number = name.partition("#")
-    return stem, int(number) if number.isdecimal() else 1

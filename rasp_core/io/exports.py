@@ -15,6 +15,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from ..util.errors import InputError
+from ..util.numbering import numbered
 from .stl import TRIANGLE
 
 MILLIMETRES = 1000.0  # in a metre
@@ -82,7 +83,7 @@ def _mesh(number: int, part: PlacedPart) -> str:
     points = part.vertices * MILLIMETRES
     vertices = "".join(f'<vertex x="{x:.12g}" y="{y:.12g}" z="{z:.12g}"/>\n' for x, y, z in points.tolist())
     triangles = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>\n' for a, b, c in part.faces.tolist())
-    kind = quoteattr(part.name.split("#")[0])  # what readers that look through components show
+    kind = quoteattr(numbered(part.name)[0])  # what readers that look through components show
     return (
         f'<object id="{number}" type="model" name={kind}><mesh>\n<vertices>\n{vertices}</vertices>\n'
         f"<triangles>\n{triangles}</triangles>\n</mesh></object>\n"
@@ -115,7 +116,7 @@ def write_csv(path: Path, parts: Sequence[PlacedPart]) -> None:
         writer = csv.writer(file)
         writer.writerow(["name", "file", "copy", *entries, "qw", "qx", "qy", "qz"])
         for part in parts:
-            stem = part.name.split("#")[0]
+            stem, _ = numbered(part.name)
             copies[stem] = copies.get(stem, 0) + 1
             x, y, z, w = Rotation.from_matrix(part.matrix[:3, :3]).as_quat()
             numbers = [repr(float(value)) for value in (*part.matrix.ravel(), w, x, y, z)]

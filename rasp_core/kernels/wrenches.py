@@ -86,16 +86,24 @@ def gather(count: int, body: Tensor, point: Tensor, force: Tensor) -> Tensor:
 
     body `(M,)` int64, point and force `(M, 3)` in one frame.
 
-    Summed in whole steps, as small as 64 bits allow, so that the order in which a GPU adds does not matter.
+    Summed by `sum_in_steps`, in steps as small as 64 bits allow.
     """
     rows = torch.cat([force, (point[:, :, None] * force[:, None, :]).flatten(1)], 1)
     if not len(rows):
         return rows.new_zeros(count, 4, 3)
     bits = rows.abs().amax().double().clamp(min=SMALLEST).log2().ceil() + len(rows).bit_length()
-    step = torch.exp2(bits - 62)
-    whole = torch.zeros(count, 12, dtype=torch.int64, device=rows.device)
-    whole.index_add_(0, body, (rows / step).round().long())
-    return (whole * step).to(rows.dtype).view(count, 4, 3)
+    return sum_in_steps(count, body, rows, torch.exp2(bits - 62)).view(count, 4, 3)
+
+
+def sum_in_steps(count: int, index: Tensor, values: Tensor, step: float | Tensor) -> Tensor:
+    """The sums `(count, ...)` of those `values` `(M, ...)` that `index` `(M,)` sends to each place.
+
+    They are taken as whole numbers of steps, so that the order in which a GPU adds does not matter. A sum must be less
+    than 2^63 steps.
+    """
+    whole = torch.zeros(count, *values.shape[1:], dtype=torch.int64, device=values.device)
+    whole.index_add_(0, index, (values / step).round().long())
+    return (whole.double() * step).to(values.dtype)
 
 
 def gradients(wrench_world: Tensor) -> tuple[Tensor, Tensor]:

@@ -106,7 +106,7 @@ class _Filling:
         before, over = self.boxes[number][1], self.left or self.boxes[-1][1]
         box = self._packed([*before, *over], lambda bodies: self.search(bodies, seconds))
         rest = [i for i in (*before, *over) if i not in set(box[1])]
-        if not (box[0].certificate.holds and self._better(box[1], before)):
+        if not (box[0].certificate.holds and self.worth.more(box[1], before, GAINED * self.volume)):
             return False
         if self.left:
             self.left = rest
@@ -120,13 +120,6 @@ class _Filling:
         self.boxes[number] = box
         return True
 
-    def _better(self, indices: Sequence[int], before: Sequence[int]) -> bool:
-        told, gain = self.worth.compared(indices, before), self._sum(indices) - self._sum(before)
-        return told > 0 or (told == 0 and gain > GAINED * self.volume)
-
     def _packed(self, indices: list[int], search: Place) -> Box:
         found = search([self.bodies[i] for i in indices])
         return found, [indices[i] for i in found.chosen]
-
-    def _sum(self, indices: Sequence[int]) -> float:
-        return float(self.worth.volumes[list(indices)].sum())

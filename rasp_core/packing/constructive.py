@@ -65,8 +65,7 @@ def pack(
         while not rounds or (len(rounds) < sequences if time_limit is None else not budget.spent()):
             placement.placed = {}
             placement.fill(placement.shaken(shuffle) if rounds or np.isinf(shuffle) else None, budget.spent)
-            told = placement.worth.compared(placement.placed, best)
-            if told > 0 or (told == 0 and placement.density > placement.density_of(best)):
+            if placement.worth.more(placement.placed, best):
                 best = placement.placed
             rounds.append({"objects": len(placement.placed), "density": placement.density})
             bar.update()
@@ -118,7 +117,7 @@ class Placement:
 
     def density_of(self, chosen: Iterable[int]) -> float:
         """Eq. 6, of these of the pool."""
-        return float(self.volumes[list(chosen)].sum() / self.container.whole.volume)
+        return self.worth.volume(chosen) / self.container.whole.volume
 
     @property
     def layout(self) -> Layout:

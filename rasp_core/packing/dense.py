@@ -72,7 +72,7 @@ def pack(
 
 
 class _Search:
-    """A search under way. layout : the best packing so far, which holds. volumes : of the container's volume."""
+    """A search under way. layout : the best packing so far, which holds."""
 
     def __init__(
         self,
@@ -88,7 +88,6 @@ class _Search:
         self.budget = budget
         self.random = np.random.default_rng(settings.seed)
         self.worth = Worth(pool)
-        self.volumes = self.worth.volumes / container.whole.volume
         self.layout = Layout.empty()
         self.history: list[np.ndarray] = []
         self.pulls: list[np.ndarray] = []
@@ -98,10 +97,7 @@ class _Search:
 
     @property
     def density(self) -> float:
-        return self._density(self.layout)
-
-    def _density(self, layout: Layout) -> float:
-        return float(self.volumes[layout.chosen].sum())
+        return self.worth.volume(self.layout.chosen) / self.container.whole.volume
 
     # -- construction ------------------------------------------------------------------------------------------------
 
@@ -118,7 +114,7 @@ class _Search:
         while len(self.layout) and done < rebuildings and not self.budget.spent(fraction):
             spectral.rebuild(lambda: self.budget.spent(fraction))
             done += 1
-            if self._better(spectral.layout, 1e-9):
+            if self.worth.more(spectral.layout.chosen, self.layout.chosen):
                 self._take(spectral)
 
     def _take(self, spectral: Placement) -> None:
@@ -128,13 +124,8 @@ class _Search:
             # voxels cover what touches them, so this is for what the voxeliser's rounding lets through
             names = [fault.first for fault in certificate.overlaps] + [p.body for p in certificate.protrusions]
             layout = layout.take([i for i, index in enumerate(layout.chosen) if self.pool[index].name != names[0]])
-        if self._better(layout):
+        if self.worth.more(layout.chosen, self.layout.chosen):
             self._keep(layout)
-
-    def _better(self, layout: Layout, by: float = 0.0) -> bool:
-        """Whether a layout is worth more than the best so far; by : density, if only that tells."""
-        told = self.worth.compared(layout.chosen, self.layout.chosen)
-        return told > 0 or (told == 0 and self._density(layout) > self.density + by)
 
     # -- growth ------------------------------------------------------------------------------------------------------
 

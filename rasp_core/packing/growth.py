@@ -65,18 +65,11 @@ class Growth:
         proposal = self._propose(layout) if self.inserted_at_once == 1 else self._propose_many(layout)
         separated = None if proposal is None else self._separate(layout, proposal, number)
         before = len(layout)
-        if separated is not None and self._no_worse(separated, layout):
+        if separated is not None and not self.worth.more(layout.chosen, separated.chosen):
             layout = separated
             self.kept(layout)
         self._learn(succeeded=separated is not None, grown=len(layout) > before)
         return layout
-
-    def _no_worse(self, layout: Layout, before: Layout) -> bool:
-        told = self.worth.compared(layout.chosen, before.chosen)
-        return told > 0 or (told == 0 and self._density(layout) > self._density(before) - 1e-9)
-
-    def _density(self, layout: Layout) -> float:
-        return float(self.volumes[layout.chosen].sum())
 
     def _learn(self, succeeded: bool, grown: bool) -> None:
         """What to try next, after a try that came to hold or did not, and that left more objects in or did not."""

@@ -29,17 +29,18 @@ METHODS = ("paper", "dense", *constructive.RULES)
 # nothing with them; `refuse_ignored` says so.
 READ_BY_ALL = frozenset({"seed", "resolution", "time_limit"})
 USES: dict[str, frozenset[str]] = {
-    "paper": READ_BY_ALL | {"count"} | {field.name for field in fields(Settings)},
+    "paper": READ_BY_ALL | {"count", "record"} | {field.name for field in fields(Settings)},
     "dense": READ_BY_ALL | {"effort", "query_points", "jitter", "overlap_term", "rotation"},
     **dict.fromkeys(constructive.RULES, READ_BY_ALL),
 }
 USES_FOR_A_BOX_TO_BE_FOUND = READ_BY_ALL | {"effort"}  # whatever the method
 ONLY_WITH_COUNT = frozenset({"learning_rate", "final_learning_rate"})  # the paper's search has rates of its own
-SETTINGS = frozenset({"count", "time_limit", "effort"} | {field.name for field in fields(Settings)})
+SETTINGS = frozenset({"count", "time_limit", "effort", "record"} | {field.name for field in fields(Settings)})
 OPTIONS = {  # of the command line, by the setting's name
     "count": "--count",
     "time_limit": "--time-limit",
     "effort": "--effort",
+    "record": "--record",
     "lambda_": "--lambda",
     "epsilon": "--epsilon",
     "weighting": "--weighting",
@@ -115,9 +116,9 @@ def resolve_method(method: str | None, container: Container | FreeBox) -> str:
 def refuse_ignored(method: str, given: Mapping[str, object], container: Container | FreeBox | None = None) -> None:
     """Raise InputError naming every setting that the method would ignore.
 
-    method : one of `METHODS`. given : the settings that the user gave, and only those, by their names in `search` and
-    `problem.Settings` (count, effort, lambda_, ...); names that are neither are left to others. container : with a
-    `FreeBox`, all methods read the same few.
+    method : one of `METHODS`. given : the settings that the user gave, and only those, by the names in `SETTINGS`
+    (count, effort, record, lambda_, ...); other names are left to others. container : with a `FreeBox`, all methods
+    read the same few.
     """
     uses = USES_FOR_A_BOX_TO_BE_FOUND if isinstance(container, FreeBox) else USES[method]
     if "count" not in given:

@@ -93,6 +93,15 @@ class Worth:
         """Indices `(M,)` in the same order, but those of higher rank first."""
         return order[np.argsort(-self.rank[order], kind="stable")] if self.rank.any() else order
 
+    def volume(self, chosen: Iterable[int]) -> float:
+        """Of these of the pool, in cubic metres."""
+        return float(self.volumes[list(chosen)].sum())
+
+    def more(self, chosen: Iterable[int], other: Iterable[int], by: float = 0.0) -> bool:
+        """Whether some of the pool are worth more than others; by : cubic metres at least, if only volume tells."""
+        told, gain = self.compared(chosen, other), self.volume(chosen) - self.volume(other)
+        return told > 0 or (told == 0 and gain > max(by, SAME_VOLUME * self.volumes.max()))
+
     def compared(self, chosen: Iterable[int], other: Iterable[int]) -> int:
         """1 if some of the pool are worth more than others by their ranks, -1 if less, 0 if only volume tells."""
         for rank in range(self.rank.max(initial=0), 0, -1):

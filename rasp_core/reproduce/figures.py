@@ -7,6 +7,7 @@ paper_figures. NN_name.expected.json there says for each scale what a fact must 
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
 import math
@@ -83,6 +84,15 @@ def save(
         made["sources"] = sources(notebook, ROOT)
     _write(out / f"{name}.json", {**facts, **made})
     return out / f"{name}.png"
+
+
+def runs_folder(name: str, out: str | Path) -> Path:
+    """A folder in `out` for the runs that a figure is made of, so that its notebook goes on where it was interrupted.
+
+    It is another one whenever what the figure is made from (`provenance`) has changed.
+    """
+    made = json.dumps(sources(ROOT / "notebooks" / f"{name}.ipynb", ROOT), sort_keys=True)
+    return Path(out) / "runs" / f"{name}-{hashlib.sha256(made.encode()).hexdigest()[:12]}"
 
 
 def inline() -> None:

@@ -13,8 +13,10 @@ from jupyter_client import AsyncKernelManager
 from nbclient.exceptions import DeadKernelError
 from traitlets.config import Config
 
+from ..visualize.recording_page import WIDGET
+
 UNSTORED = "unstored"  # the tag of a cell whose output is not kept in the repository
-WIDGET, STATES = "application/vnd.jupyter.widget-view+json", "application/vnd.jupyter.widget-state+json"
+STATES = "application/vnd.jupyter.widget-state+json"
 
 
 class Kernel(AsyncKernelManager):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from . import style
+from . import sheets, style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -86,8 +86,5 @@ def _fill(figure: Figure, pictures: Sequence[np.ndarray], x: float, y: float, wi
     tall = min(high, (wide - gap * (len(shapes) - 1)) / sum(shapes))
     x += (wide - tall * sum(shapes) - gap * (len(shapes) - 1)) / 2
     for picture, shape in zip(pictures, shapes, strict=True):
-        place = (x / style.WIDE, (y + (high - tall) / 2) / HIGH, shape * tall / style.WIDE, tall / HIGH)
-        inner = figure.add_axes(place)
-        inner.imshow(picture, cmap="gray", vmin=0, vmax=1, aspect="auto")
-        inner.set_axis_off()
+        sheets.draw(figure, (x, y + (high - tall) / 2, shape * tall, tall), picture)
         x += shape * tall + gap

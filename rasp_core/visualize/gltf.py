@@ -14,6 +14,7 @@ from ..geometry.containers import Container
 from ..geometry.meshes import Body, make_body
 from ..io import mesh_files
 from ..util.errors import InputError, MeshError
+from ..util.numbering import numbered
 from . import scene3d
 
 Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])  # as pages look, a view at azimuth 0
@@ -119,7 +120,7 @@ def _scene(bodies: Sequence[Body], matrices: np.ndarray, painted: Painted | None
 def _add_plain(scene: trimesh.Scene, bodies: Sequence[Body], matrices: np.ndarray) -> None:
     geometries: dict[tuple, str] = {}
     for body, matrix, colour in zip(bodies, matrices, scene3d.colours(len(bodies)), strict=True):
-        stem = body.name.split("#")[0]
+        stem, _ = numbered(body.name)
         colour = body.wishes.colour or colour
         key = (stem, body.digest, body.wishes.colour)
         if key in geometries:

@@ -14,18 +14,12 @@ from ..geometry.meshes import Body
 from ..optimizer import Arrangement
 from .lamplight import Lamp, Surface, picture
 from .scene3d import colours
-from .studio import box_edges
+from .studio import box_edges, whole
 
 ROW = ((0.93, 0.42, 0.35), (0.98, 0.74, 0.30), (0.42, 0.74, 0.66), (0.50, 0.60, 0.92))  # the heaps of a row
 PLASTER, WOOD = (0.86, 0.84, 0.80), (0.80, 0.58, 0.36)
 AWAY = 1.25  # of a view's width: how far behind the middle of a heap a wall stands
 WARM, ORANGE = (1.05, 0.92, 0.72), (1.35, 0.62, 0.18)
-
-
-def bodies_lit(bodies: Sequence[Body], matrices: np.ndarray, hues: np.ndarray, shift=(0.0, 0.0, 0.0)) -> list[Surface]:
-    """Surfaces of bodies that `matrices` `(N, 4, 4)` place, in colours `(N, 3)`, all moved by `shift`."""
-    placed = zip(bodies, matrices, hues, strict=True)
-    return [Surface(body.placed(m) + np.asarray(shift), body.solid_faces, hue) for body, m, hue in placed]
 
 
 def shades(colour: Sequence[float], count: int) -> np.ndarray:
@@ -50,7 +44,7 @@ def row(heaps: Sequence[Arrangement], size: int = 1200) -> np.ndarray:
     surfaces, lamps, reach = [], [], 0.98 * edge
     for k, (run, colour) in enumerate(zip(heaps, ROW * len(heaps), strict=False)):
         shift = np.array([(k - (len(heaps) - 1) / 2) * reach, 0.0, 0.0])
-        surfaces += bodies_lit(run.problem.bodies, run.matrices, shades(colour, len(run.problem.bodies)), shift)
+        surfaces += whole(run.problem.bodies, run.matrices, shades(colour, len(run.problem.bodies)), shift)
         for view in run.cameras:
             moved = replace(view, centre=tuple(np.asarray(view.centre) + shift), width=1.0 * edge)
             lamps.append(Lamp(moved, colour=WARM, soft=0.1))
@@ -78,7 +72,7 @@ def corner(
     lamps = [Lamp(view, colour=light) for view in views]
     walls = [wall(view, away, *_extents(view, views, away)) for view in views]
     frame = np.concatenate([wall(view, away, (-0.56, 0.56), (-0.56, 0.56)).vertices for view in views])
-    surfaces = [*bodies_lit(bodies, matrices, hues), *walls, *more]
+    surfaces = [*whole(bodies, matrices, hues), *walls, *more]
     return picture(surfaces, lamps, azimuth_deg, elevation_deg, size, 24.0, frame)
 
 
@@ -88,7 +82,7 @@ def before_wall(arrangement: Arrangement, view: int, size: int = 520, raised_deg
     hues = colours(len(run.problem.bodies))
     walls = [wall(camera, away, (-0.52, 0.52), (-0.52, 0.52)).vertices for away in (0.0, AWAY)]
     frame = np.concatenate([walls[0][:2], walls[1]])
-    surfaces = [*bodies_lit(run.problem.bodies, run.matrices, hues), wall(camera, AWAY, (-9, 9), (-9, 9))]
+    surfaces = [*whole(run.problem.bodies, run.matrices, hues), wall(camera, AWAY, (-9, 9), (-9, 9))]
     look = {"azimuth_deg": camera.azimuth_deg, "elevation_deg": camera.elevation_deg + raised_deg}
     return picture(surfaces, [Lamp(camera, WARM)], **look, size=size, frame=frame)
 
@@ -100,9 +94,7 @@ def stacked(upper: Arrangement, lower: Arrangement, size: int = 640) -> np.ndarr
     """
     edge, lamps, surfaces = lower.cameras[0].width, [], []
     for run, height in ((lower, 0.0), (upper, 0.98 * edge)):
-        surfaces += bodies_lit(
-            run.problem.bodies, run.matrices, shades(WOOD, len(run.problem.bodies)), (0.0, 0.0, height)
-        )
+        surfaces += whole(run.problem.bodies, run.matrices, shades(WOOD, len(run.problem.bodies)), (0.0, 0.0, height))
         lamps += [Lamp(replace(view, centre=(0.0, 0.0, height)), ORANGE) for view in run.cameras[:2]]
     front, side, top = (replace(view, centre=(0.0, 0.0, 0.0)) for view in lower.cameras)
     lamps.append(Lamp(top, ORANGE))

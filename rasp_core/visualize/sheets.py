@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 LINE = style.TEXT_PT / 72 * 1.25  # inches, of a line of text
 GAP = 0.12  # inches, between neighbours
+ABOVE = 0.06  # inches, between a picture and its title
 PLOT = (1.05, 0.12, 0.95, 0.1)  # inches left, right, below and above a plot's axes, for its ticks and labels
 
 Cell = tuple[str, "np.ndarray | float"]
@@ -35,17 +36,18 @@ def sheet(rows: Sequence[Sequence[Cell]], labels: Sequence[str] = (), wide: floa
         shapes = [cell if np.isscalar(cell) else cell.shape[1] / cell.shape[0] for _, cell in row]
         tall = (inner - GAP * (len(row) - 1)) / sum(shapes)
         lines = max(len(title.splitlines()) for title, _ in row)
-        plans.append((shapes, tall, lines))
-        high += tall + lines * LINE + GAP
+        head = ABOVE + lines * LINE if lines else 0.0
+        plans.append((shapes, tall, head))
+        high += tall + head + GAP
     high -= GAP
     figure, found, top = Figure(figsize=(wide, high)), [], high
-    for (shapes, tall, lines), row, label in zip(plans, rows, [*labels, *[""] * len(rows)], strict=False):
-        top -= tall + lines * LINE
+    for (shapes, tall, head), row, label in zip(plans, rows, [*labels, *[""] * len(rows)], strict=False):
+        top -= tall + head
         x, made = left, []
         for shape, (title, cell) in zip(shapes, row, strict=True):
             place = (x, top, shape * tall, tall)
-            axis = _plot(figure, place) if np.isscalar(cell) else _picture(figure, place, cell)
-            figure.text((x + shape * tall / 2) / wide, (top + tall + 0.06) / high, title, ha="center", va="bottom")
+            axis = _plot(figure, place) if np.isscalar(cell) else draw(figure, place, cell)
+            figure.text((x + shape * tall / 2) / wide, (top + tall + ABOVE) / high, title, ha="center", va="bottom")
             made.append(axis)
             x += shape * tall + GAP
         if label:
@@ -55,7 +57,9 @@ def sheet(rows: Sequence[Sequence[Cell]], labels: Sequence[str] = (), wide: floa
     return figure, found
 
 
-def _picture(figure: Figure, place: Sequence[float], pixels: np.ndarray) -> Axes:
+def draw(figure: Figure, place: Sequence[float], pixels: np.ndarray) -> Axes:
+    """A picture's axes, without ticks: `place` is left and bottom edge, width and height, in inches; pixels as in
+    `sheet`."""
     axis = figure.add_axes(_share(figure, place))
     axis.imshow(pixels, aspect="auto", cmap="gray", vmin=0, vmax=1, interpolation="antialiased")
     axis.set_axis_off()

@@ -86,11 +86,13 @@ def box_edges(box: Container) -> list[Surface]:
     return [Surface(rod.vertices, rod.faces, SHELL, glow=True) for rod in rods]
 
 
-def whole(bodies: Sequence[Body], matrices: np.ndarray, turn: np.ndarray | None = None, hues=None) -> list[Surface]:
-    """Bodies that `matrices` `(N, 4, 4)` place, all turned by `turn` `(3, 3)`; hues `(N, 3)`, None for `colours`."""
+def whole(
+    bodies: Sequence[Body], matrices: np.ndarray, hues: np.ndarray | None = None, shift: Sequence[float] = (0, 0, 0)
+) -> list[Surface]:
+    """Bodies that `matrices` `(N, 4, 4)` place, all moved by `shift` `(3,)`; hues `(N, 3)`, None for `colours`."""
     hues = colours(len(bodies)) if hues is None else hues
     placed = zip(bodies, matrices, hues, strict=True)
-    return [Surface(body.placed(matrix) @ _turn(turn).T, body.solid_faces, hue) for body, matrix, hue in placed]
+    return [Surface(body.placed(m) + np.asarray(shift), body.solid_faces, hue) for body, m, hue in placed]
 
 
 def shell(container: Container, turn: np.ndarray | None = None, knife: Knife | None = None) -> list[Surface]:

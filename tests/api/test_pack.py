@@ -94,7 +94,7 @@ def test_what_rests_on_others_is_not_said_to_keep_its_clearance():
         ("spectral", {"effort": 3}, "method spectral does not use"),
         ("paper", {"effort": 3}, "method paper does not use"),
         ("dense", {"count": 3}, "method dense does not use"),
-        ("dense", {"record": True}, "record shows how Eq. 1 arranges, which method dense does not"),
+        ("dense", {"record": True}, r"dense does not use record \(--record\); leave it out, or use --method paper"),
         ("paper", {"lamda": 3}, "pack has no setting lamda"),
         ("magic", {}, "unknown"),
     ],

@@ -32,7 +32,7 @@ def test_pack_and_check_agree(cans, tmp_path, capsys):
 def test_a_search_without_eq_1_is_not_recorded(cans, tmp_path, capsys):
     arguments = ["pack", str(cans), "--container", BOX, "--out", str(tmp_path / "out"), "--method", "dense", "--record"]
     assert main(arguments) == 2
-    told = "rasp: --record shows how Eq. 1 arranges, which method dense does not; leave it out\n"
+    told = "rasp: method dense does not use record (--record); leave it out, or use --method paper\n"
     assert capsys.readouterr().err.endswith(told)
     assert not (tmp_path / "out").exists()
 

@@ -33,3 +33,13 @@ def test_gathered_forces_are_the_gradient_of_a_linear_function_of_moved_points()
 
     local = (rotation[body].transpose(1, 2) @ force[:, :, None])[:, :, 0]
     assert torch.allclose(wrenches.to_world(wrenches.gather(4, body, point, local), rotation), wrench)
+
+
+def test_sums_in_steps_do_not_depend_on_the_order():
+    generator = torch.Generator().manual_seed(1)
+    index, values = torch.randint(0, 5, (4000,), generator=generator), torch.randn(4000, 2, generator=generator)
+    order = torch.randperm(4000, generator=generator)
+    found = wrenches.sum_in_steps(5, index, values, 2.0**-30)
+    assert torch.equal(found, wrenches.sum_in_steps(5, index[order], values[order], 2.0**-30))
+    exact = torch.zeros(5, 2, dtype=torch.float64).index_add_(0, index, values.double())
+    assert torch.allclose(found.double(), exact, atol=1e-5)

@@ -102,6 +102,13 @@ def test_ranks_come_first_and_volume_tells_the_rest():
     assert worth.compared([2], [1, 3]) == 1, "what must go in counts more than all others"
     assert worth.compared([1, 3], [2]) == -1
     assert worth.compared([2, 3], [2]) == 0, "only volume tells"
+    assert worth.more([2], [1, 3])
+    assert not worth.more([1, 3], [2])
+    assert worth.more([2, 3], [2])
+    assert worth.more([2, 3], [2], by=26)
+    assert not worth.more([2, 3], [2], by=28)
+    assert not worth.more([2, 3], [3, 2]), "as much is not more"
+    assert worth.volume([2, 3]) == pytest.approx(28)
     assert Worth([make_body("b", mesh.vertices, mesh.faces) for mesh in boxes]).rank.tolist() == [0] * 4
 
 

@@ -50,6 +50,20 @@ def expect(root, **bounds):
     (root / "paper_figures" / "01_test.expected.json").write_text(json.dumps(scales))
 
 
+def test_runs_are_kept_until_their_figure_would_be_another(tmp_path, monkeypatch):
+    monkeypatch.setattr(figures, "ROOT", tmp_path)
+    (tmp_path / "data_fetch").mkdir()
+    (tmp_path / "data_fetch" / "registry.csv").touch()
+    (tmp_path / "requirements.lock").touch()
+    notebook(tmp_path, "01_test", "print(1)  # one")
+    first = figures.runs_folder("01_test", tmp_path / "out")
+    notebook(tmp_path, "01_test", "print(1)")
+    assert figures.runs_folder("01_test", tmp_path / "out") == first
+    notebook(tmp_path, "01_test", "print(2)")
+    assert figures.runs_folder("01_test", tmp_path / "out") != first
+    assert first.parent == tmp_path / "out" / "runs"
+
+
 def test_a_figure_is_saved_with_its_facts(tmp_path):
     path = figures.save("01_test", Figure(), {"answer": 42.5}, tmp_path / "new")
     assert sorted(f.name for f in path.parent.iterdir()) == ["01_test.json", "01_test.pdf", "01_test.png"]

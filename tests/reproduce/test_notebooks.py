@@ -4,6 +4,7 @@ import nbformat
 import pytest
 
 from rasp_core.reproduce import notebooks
+from rasp_core.visualize.recording_page import WIDGET
 
 
 @pytest.fixture
@@ -52,7 +53,7 @@ def test_a_widget_beside_which_there_is_html_is_not_stored(made, tmp_path):
     def held(path):
         notebook = nbformat.read(path, as_version=4)
         states = notebook.metadata["widgets"][notebooks.STATES]["state"]
-        models = [output.data.get(notebooks.WIDGET, {}).get("model_id") for output in notebook.cells[-1].outputs]
+        models = [output.data.get(WIDGET, {}).get("model_id") for output in notebook.cells[-1].outputs]
         return models, [model in states for model in models], notebook.cells[-1].outputs[0].data["text/html"]
 
     (one, two), stated, html = held(run)

@@ -8,7 +8,7 @@ from data_fetch import kitchen_like
 from rasp_core.geometry.cameras import Camera
 from rasp_core.geometry.silhouette_edges import Views
 from rasp_core.silhouettes import render_at_rest
-from rasp_core.visualize import installations, lamplight
+from rasp_core.visualize import installations, lamplight, studio
 from rasp_core.visualize.lamplight import Lamp, Surface
 
 ABOVE = Camera(0, 90, 2.0)
@@ -54,7 +54,7 @@ def test_a_shadow_is_the_silhouette_that_its_view_sees():
     (body,) = kitchen_like(6)[5:]
     view = Camera(0, 0, 2.2 * body.radius, tuple(body.centre))
     wall = installations.wall(view, 3.0)
-    surfaces = [*installations.bodies_lit([body], np.eye(4)[None], np.array([GREY])), wall]
+    surfaces = [*studio.whole([body], np.eye(4)[None], np.array([GREY])), wall]
     lamp = Lamp(view, blur_deg=0.0, soft=1e-6)
     shown = lamplight.picture(surfaces, [lamp], 0.0, 60.0, 96, 1.0, wall.vertices)[..., 0]
     expected = render_at_rest(body, Views([view]), 96).numpy()[0]
