@@ -48,6 +48,24 @@ def least_to_box(objects, size) -> float:
     return min(float((half - np.abs(box)).min()) for box in boxes)
 
 
+def most_shared_on_the_way(objects, loading, samples=200) -> float:
+    """The largest share of the smaller one's volume that a part, at samples of its straight way in, has in common with
+    one that is there. loading : result.json's, name, direction and length of each; the others are there before."""
+    names = [step["name"] for step in loading]
+    there, worst = [objects[name][0] for name in objects if name not in names], 0.0
+    for step in loading:
+        solid = objects[step["name"]][0]
+        for away in np.linspace(step["length"], 0, samples):
+            moved = solid.translate(-away * np.array(step["direction"]))
+            low, high = np.reshape(moved.bounding_box(), (2, 3))
+            for other in there:
+                below, above = np.reshape(other.bounding_box(), (2, 3))
+                if (low < above).all() and (below < high).all():
+                    worst = max(worst, (moved ^ other).volume() / min(moved.volume(), other.volume()))
+        there.append(solid)
+    return worst
+
+
 def off_by(turns: str, rotation: np.ndarray, down=None) -> float:
     """How far a rotation is from the turns asked, as the largest error of an entry.
 

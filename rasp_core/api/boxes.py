@@ -54,6 +54,11 @@ class BoxesResult:
         return all(packed.certificate.holds for packed in self.packings)
 
     @property
+    def separable(self) -> bool:
+        """Whether every box of which that was asked comes apart."""
+        return all(packed.dismantling is None or packed.dismantling.holds for packed in self.packings)
+
+    @property
     def missing(self) -> list[str]:
         """Names of the objects that must go in and did not."""
         return [body.name for body in self.left if body.wishes.must]
@@ -76,6 +81,7 @@ class BoxesResult:
             certificate, gaps = packed.certificate, packed.certificate.gaps
             told.append(f"box {number}: {len(packed.bodies)} objects, density {packed.density:.4f}")
             told += [f"box {number}: {line}" for line in certificate.lines(unit)[:20]]
+            told += [] if packed.dismantling is None else [f"box {number}: {packed.dismantling.summary()}"]
             told += [] if gaps is None else [f"box {number}: {gaps.summary(unit)}"]
         if self.left:
             told.append(f"in none of the boxes: {', '.join(body.name for body in self.left)}")

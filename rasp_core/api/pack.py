@@ -13,11 +13,14 @@ import numpy as np
 
 from ..density import voxel_density
 from ..exact.certificate import certify
+from ..exact.pulls import Dismantling
 from ..geometry.containers import Container, FreeBox
 from ..geometry.meshes import Body, named_apart
 from ..geometry.zones import without
 from ..io.exports import formats
 from ..packing import methods
+from ..packing.clearance import clearance_of
+from ..packing.separable import check_open, made_separable
 from ..physics import disassembly, gravity
 from ..problem import Settings
 from ..util.devices import resolve_device
@@ -26,6 +29,7 @@ from .inputs import as_bodies, as_container, as_fixed
 from .result import Result
 
 if TYPE_CHECKING:
+    from ..visualize.loading_order import LoadingOrder
     from ..visualize.recording import Recording
 
 VOXELS = 160  # along the container's longest edge, in which the density is counted again
@@ -38,6 +42,7 @@ class PackingResult(Result):
     method : that found it. chosen : indices into the pool, in the order of `bodies`, whose last may be fixed ones.
     pool : how many there were. musts : names of those that must go in. rounds : what each round left.
     losses : `(I, 5)` of every iteration of every round. recording : of poses and losses, where it was asked for.
+    dismantling : how it comes apart through the top, where `separable` was.
     """
 
     method: str
@@ -48,6 +53,7 @@ class PackingResult(Result):
     device: str
     musts: list[str]
     recording: Recording | None = None
+    dismantling: Dismantling | None = None
 
     @property
     def history(self) -> np.ndarray:
@@ -82,6 +88,15 @@ class PackingResult(Result):
         """In which order the objects can be taken out by straight pulls, and which interlock."""
         return disassembly.remove_all(self.bodies, self.matrices)
 
+    @cached_property
+    def loading(self) -> LoadingOrder:
+        """How the container is loaded part by part, to be shown. Raises InputError where `separable` was not asked."""
+        from ..visualize.loading_order import LoadingOrder
+
+        if self.dismantling is None:
+            raise InputError("the order to load it is not known; pack with separable=True")
+        return LoadingOrder(self.bodies, self.matrices, self.container, self.dismantling)
+
     def settle(self) -> gravity.Settled:
         """Where the objects come to rest under gravity, certified again: with the same clearance, if one was asked for,
         which objects that rest on each other do not keep. Raises InputError where some are fixed."""
@@ -108,6 +123,7 @@ class PackingResult(Result):
             "seconds": self.seconds,
             "removal": self.removal.to_dict(),
             **({"missing": self.missing} if self.musts else {}),
+            **({} if self.dismantling is None else {"separable": self.dismantling.to_dict()}),
         }
 
     def save(
@@ -117,15 +133,17 @@ class PackingResult(Result):
         settled: gravity.Settled | None = None,
         export: str = "",
     ) -> Path:
-        """As `Result.save`, with run.html where there is a recording; settled : the packing at rest, written as
-        settled.glb beside it. export : "3mf,stl,csv" or some of them: a named object for each part, in millimetres; one
-        mesh of all; a table of poses."""
+        """As `Result.save`, with run.html where there is a recording, and load.html where `separable` was asked for;
+        settled : the packing at rest, written as settled.glb beside it. export : "3mf,stl,csv" or some of them: a named
+        object for each part, in millimetres; one mesh of all; a table of poses."""
         from .run_folder import save_run
 
         exports, facts, scenes = formats(export), self.record() | dict(facts or {}), {}
         if settled is not None:
             facts["settled"], scenes["settled.glb"] = settled.to_dict(), settled.matrices
         pages = {} if self.recording is None else {"run.html": self.recording.page()}
+        if self.dismantling is not None:
+            pages["load.html"] = self.loading.page()
         kept = self.arrangement, self.certificate, facts, self.losses, scenes
         return save_run(folder, *kept, pages=pages, exports=exports)
 
@@ -147,6 +165,7 @@ def pack(
     fixed: str | Path | Sequence[Body] | Sequence[str | Path] = (),
     keep_out: str | Path | Sequence[Body] | Sequence[str | Path] = (),
     record: bool = False,
+    separable: bool = False,
     **settings,
 ) -> PackingResult:
     """Pack rigid objects into a container so that no two overlap, and certify it by exact booleans.
@@ -163,10 +182,12 @@ def pack(
     mesh files or bodies. The others go around them, and the certificate judges all. keep_out : closed meshes, zones
     that stay free; what is left of the container counts as the container, and their surface as its wall.
     record : keep poses and losses on the way ("paper"), to be shown as `recording`; nothing else changes.
+    separable : only what comes apart through the container's open top (its highest plane), one by one by straight
+    pulls; `dismantling` has them. What locks is left out or dropped on top instead; a box to be found grows for that.
     settings : further ones by the names of `problem.Settings` (lambda_, epsilon, iterations, resolution, ...).
 
     Raises InputError for a setting that the method would ignore, a clearance below 0, for objects larger than
-    the container, or if not one could be placed.
+    the container, if not one could be placed, or be pulled out where that is asked.
 
     >>> import rasp_core as rasp
     >>> from data_fetch import kitchen_like
@@ -186,6 +207,8 @@ def pack(
     methods.refuse_ignored(method, named | settings | ({"record": True} if record else {}), room)
     if record and there:
         raise InputError("record shows all objects on their way, and fixed ones stay in their places; leave one out")
+    if separable:
+        check_open(bodies, room)
     recorder, chosen = _recorder(bodies, room) if record else None, resolve_device(device)
     packed = methods.search(
         method=method,
@@ -201,6 +224,9 @@ def pack(
         watch=recorder and recorder.watch,
         **given,
     )
+    if separable:
+        pool = [*bodies, *there]
+        packed = made_separable(packed, pool, room, clearance_of(pool, clearance, wall_clearance), count, chosen)
     return PackingResult(
         arrangement=packed.arrangement,
         certificate=packed.certificate,
@@ -212,6 +238,7 @@ def pack(
         losses=packed.history,
         device=str(chosen),
         musts=[body.name for body in bodies if body.wishes.must],
+        dismantling=packed.dismantling,
         recording=recorder and recorder.recording(packed.chosen, packed.poses, Settings(**settings).viewing_volume),
     )
 

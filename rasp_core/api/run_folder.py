@@ -3,7 +3,7 @@
 scene.glb : one node for each body, named as the body, and one node `container`; metres, world z up.
 result.json : poses, volumes, density both ways, certificate, last losses, views, settings, seed, versions, device.
 history.csv : every loss at every iteration. silhouettes.png : target, rendered, difference for each view.
-run.html : where it was recorded, the run as a page.
+run.html : where it was recorded, the run as a page. load.html : where it comes apart, how it is loaded.
 """
 
 from __future__ import annotations

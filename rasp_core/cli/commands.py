@@ -64,6 +64,7 @@ def pack(options: argparse.Namespace) -> int:
         "progress": True,
         "unit": options.unit,
         "fixed": as_fixed(options.fixed or (), reading),
+        "separable": options.separable,
         "keep_out": load_bodies(options.keep_out, reading) if options.keep_out else (),
         **_given(options, *SETTINGS, *CLEARANCES),
     }
@@ -73,9 +74,10 @@ def pack(options: argparse.Namespace) -> int:
         for line in found.lines(options.unit):
             print(f"rasp: {line}", file=sys.stderr)
         print(f"{folder}: {found.headline()}; by volume alone {found.least}")
-        return 0 if found.certified and not found.missing else 1
+        return 0 if found.certified and found.separable and not found.missing else 1
     packed = pack_parts(bodies, container, method, record=bool(options.record), **asked)
-    print(f"rasp: {_removal(packed.removal)}", file=sys.stderr)
+    apart = packed.dismantling
+    print(f"rasp: {_removal(packed.removal) if apart is None else apart.summary()}", file=sys.stderr)
     if any(packed.gradient_shares.values()):
         shares = ", ".join(f"{name} {share:.0%}" for name, share in packed.gradient_shares.items())
         print(f"rasp: shares of the gradient, in the mean over the run: {shares}", file=sys.stderr)
@@ -88,7 +90,7 @@ def pack(options: argparse.Namespace) -> int:
     _say(f"{len(packed.chosen)} objects{around}{within}", packed.density, packed.certificate, folder, options.unit)
     if packed.missing:
         print(f"rasp: must go in, but found no place: {', '.join(packed.missing)}", file=sys.stderr)
-    return 0 if packed.certificate.holds and not packed.missing else 1
+    return 0 if packed.certificate.holds and not packed.missing and (apart is None or apart.holds) else 1
 
 
 def assemble(options: argparse.Namespace) -> int:
@@ -217,6 +219,7 @@ def check(options: argparse.Namespace) -> int:
         from ..api.run_folder import recorded
         from ..exact.certificate import certify
         from ..packing.clearance import asked_of, clearance_of
+        from ..packing.separable import proven_again
         from ..physics import disassembly
         from ..visualize import gltf
 
@@ -224,14 +227,16 @@ def check(options: argparse.Namespace) -> int:
     bodies, container = gltf.read_scene(options.scene)
     stay = np.tile(np.eye(4), (len(bodies), 1, 1))
     given = _given(options, *CLEARANCES)
-    asked = {}
+    asked, record = {}, recorded(options.scene)
     if "clearance" not in given:
-        bodies, asked = asked_of(bodies, recorded(options.scene))
+        bodies, asked = asked_of(bodies, record)
     asked = clearance_of(bodies, **asked | given)
     certificate = certify(bodies, stay, container, clearance=None if asked is None else (asked.parts, asked.wall))
-    print(f"rasp: {_removal(disassembly.remove_all(bodies, stay))}", file=sys.stderr)
+    apart = proven_again(bodies, stay, container, record, options.separable)
+    told = _removal(disassembly.remove_all(bodies, stay)) if apart is None else apart.summary()
+    print(f"rasp: {told}", file=sys.stderr)
     _say(f"{len(bodies)} objects", density.mesh_density(bodies, container), certificate, options.scene, options.unit)
-    return 0 if certificate.holds else 1
+    return 0 if certificate.holds and (apart is None or apart.holds) else 1
 
 
 def figures(options: argparse.Namespace) -> int:

@@ -104,6 +104,9 @@ def _parser() -> _Parser:
     pack.add_argument(
         "--record", action="store_true", default=None, help="also run.html: how the objects came there, to be played"
     )
+    pack.add_argument(
+        "--separable", action="store_true", help="only what straight pulls take out through the top; also load.html"
+    )
     pack.add_argument("--out", type=Path, default=Path("out"), help="the run's folder (default: out)")
     pack.set_defaults(run=commands.pack)
 
@@ -123,6 +126,7 @@ def _parser() -> _Parser:
     check.add_argument("scene", metavar="DIR|scene.glb", type=Path)
     check.add_argument("--unit", default="m", help="of the clearances: mm, cm, m, inch (default: m)")
     _add_clearance(check)
+    check.add_argument("--separable", action="store_true", help="whether straight pulls take all out through the top")
     check.set_defaults(run=commands.check)
 
     assemble = added.add_parser("assemble", help="put the parts of a broken thing back together")

@@ -10,6 +10,7 @@ import torch
 
 from ..exact.certificate import TOLERANCE, certify
 from ..exact.certified import Certified
+from ..exact.pulls import Dismantling
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
 from ..objective import LOSS_NAMES
@@ -26,12 +27,13 @@ class Packing(Certified):
 
     chosen : indices into the pool, in the order of `bodies`.
     history : `(I, 5)` losses of every iteration of every round, columns `objective.LOSS_NAMES`.
-    rounds : what each round left, for the record.
+    rounds : what each round left, for the record. dismantling : how it comes apart, where that was asked for.
     """
 
     chosen: list[int]
     history: np.ndarray
     rounds: list[dict]
+    dismantling: Dismantling | None = None
 
 
 def finish(

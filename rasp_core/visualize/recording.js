@@ -1,5 +1,6 @@
 /* Shows a recording (recording_format.py says what its data are): the objects, their shadows on the walls, sliders for
-   the iteration and for what differs between runs, losses, overlap. A classic script, which file:// can load.
+   the iteration and for what differs between runs, losses, overlap. Of a container's loading: the parts in their order
+   instead, and neither shadows nor losses. A classic script, which file:// can load.
 
    raspRecording(element, data, THREE) fills an element; without three.js it draws on a plain canvas. It returns what
    tests drive: { show, choose, state, points, draw, silhouette }. Elements that hold their data are filled when the script runs. */
@@ -92,19 +93,20 @@
         else if (dot(normals.get(key), unit) < 0.866) edges.push(edge.map(place));
       }
     }
-    const walls = recording.views.map(([right, up, forward, middle, width]) => {
+    const walls = (recording.loading ? [] : recording.views).map(([right, up, forward, middle, width]) => {
       const half = width / 2, at = add(middle, forward, half); // the far face of the viewing volume
       const quad = [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([x, y]) => add(add(at, right, x * half), up, y * half));
       return { middle, forward, up, width, at, quad };
     });
     const [, , , middle, width] = recording.views[0];
-    return { triangles: Uint32Array.from(triangles), hues, ends, shell, edges, walls, middle, width };
+    const aim = recording.loading ? 0.12 : -0.1; // parts come from above, shadows lie below
+    return { triangles: Uint32Array.from(triangles), hues, ends, shell, edges, walls, middle, width, aim };
   }
 
   // The eye looks from azimuth and elevation, as the kit's cameras do, z up.
   function eyeOf(still, look) {
     const [c, s] = [Math.cos(look.azimuth), Math.sin(look.azimuth)], [d, t] = [Math.cos(look.elevation), Math.sin(look.elevation)];
-    const right = [c, s, 0], forward = [-s * d, c * d, -t], middle = add(still.middle, [0, 0, -0.1 * still.width]);
+    const right = [c, s, 0], forward = [-s * d, c * d, -t], middle = add(still.middle, [0, 0, still.aim * still.width]);
     return { right, up: cross(right, forward), forward, middle, at: add(middle, forward, -1.95 * still.width * look.distance) };
   }
   const seen = (wall, eye) => dot(add(wall.at, eye.at, -1), wall.forward) > 0;
@@ -311,6 +313,10 @@
     .rasp-recording label { display: block; margin: 4px 0; }
     .rasp-recording input { width: 100%; margin: 0; }
     .rasp-recording svg { width: 100%; height: 52px; display: block; border: 1px solid #ccc; box-sizing: border-box; background: #fff; }
+    .rasp-recording ol { max-height: 330px; overflow: auto; margin: 6px 0; padding-left: 34px; }
+    .rasp-recording li { cursor: pointer; border-left: 8px solid; padding-left: 6px; margin: 1px 0; overflow-wrap: anywhere; }
+    .rasp-recording li.later { opacity: 0.35; }
+    .rasp-recording li.now { font-weight: bold; }
     .rasp-recording i { font-style: normal; font-weight: bold; }`;
 
   function node(tag, parent, inner = "") {
@@ -350,19 +356,51 @@
     const draw = (moved) => stage(eyeOf(still, look), moved);
 
     const play = node("button", side, "Play"), time = node("label", side), words = node("span", time);
-    const slider = Object.assign(node("input", time), { type: "range", min: 0, value: 0, name: "iteration" });
+    const loading = recording.loading, slider = node("input", time);
+    Object.assign(slider, { type: "range", min: 0, value: 0, name: loading ? "step" : "iteration" });
     const sliders = varied.map(([name, values]) => {
       const label = node("label", side), said = node("span", label);
       const input = Object.assign(node("input", label), { type: "range", min: 0, max: values.length - 1, name });
       return { name, values, said, input };
     });
     const facts = node("div", side);
-    const curves = ["silhouette", "overlap", "extrusion"].map((name) => {
+    const curves = (loading ? [] : ["silhouette", "overlap", "extrusion"]).map((name) => {
       const title = node("div", side);
       const svg = node("div", side), column = data.losses.indexOf(name);
       return { name, title, svg, column };
     });
-    node("p", side, `Shadows: black as wanted, <i style="color:${MISSING}">orange</i> missing, <i style="color:${FREE}">blue</i> too much.`);
+    const parts = loading ? listed() : [];
+    if (!loading) node("p", side, `Shadows: black as wanted, <i style="color:${MISSING}">orange</i> missing, <i style="color:${FREE}">blue</i> too much.`);
+
+    // The parts in their order, each in its colour; a click, and the buttons, show one in its place.
+    function listed() {
+      for (const [label, next] of [["Back", false], ["Next", true]]) {
+        const button = node("button", play.parentElement, label), { stops } = loading;
+        play.parentElement.insertBefore(button, time);
+        button.addEventListener("click", () => {
+          pause();
+          show(next ? stops.find((stop) => stop > state.frame) ?? state.frame : stops.findLast((stop) => stop < state.frame) ?? 0);
+        });
+      }
+      const list = node("ol", side), hues = Object.fromEntries(recording.objects.map(([name, , hue]) => [name, hue]));
+      return loading.stops.map((stop, k) => {
+        const item = node("li", list);
+        item.textContent = loading.words[k];
+        item.style.borderColor = hues[loading.names[k]];
+        item.addEventListener("click", () => (pause(), show(stop)));
+        return item;
+      });
+    }
+
+    function tell() {
+      const now = loading.stops.findIndex((stop) => stop >= state.frame), many = loading.stops.length;
+      words.textContent = state.frame ? `${now + 1} of ${many}: ${loading.words[now]}` : `${many} parts to load`;
+      parts.forEach((item, k) => {
+        item.className = k === now && state.frame ? "now" : loading.stops[k] > state.frame ? "later" : "";
+      });
+      const item = parts[now], list = item?.parentElement;
+      if (list) list.scrollTop = item.offsetTop - list.offsetTop - list.clientHeight / 2;
+    }
 
     function show(frame) {
       const run = recording.runs[state.run];
@@ -372,13 +410,14 @@
       place(run, state.frame);
       let there = 0;
       for (let at = state.frame; at < run.poses.length; at += 7 * run.frames) there += run.poses[at] !== ABSENT;
-      words.textContent = `iteration ${run.iterations[state.frame]} of ${run.total}, ${there} objects`;
+      if (loading) tell();
+      else words.textContent = `iteration ${run.iterations[state.frame]} of ${run.total}, ${there} objects`;
       sliders.forEach(({ name, values, said, input }) => {
         const value = run.values[varied.findIndex(([other]) => other === name)];
         input.value = values.indexOf(value);
         said.textContent = `${name}: ${number(value)}`;
       });
-      facts.textContent = `${number(100 * run.overlap[state.frame])} % of the container is filled twice`;
+      if (!loading) facts.textContent = `${number(100 * run.overlap[state.frame])} % of the container is filled twice`;
       for (const one of curves) {
         if (one.run !== run) {
           one.values = Array.from({ length: run.frames }, (_, k) => run.losses[k * data.losses.length + one.column]);

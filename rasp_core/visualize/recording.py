@@ -133,6 +133,8 @@ class Recording:
     Raises InputError for no run, perspective, too many cameras, and runs whose values do not fill a grid.
     """
 
+    title = "A recorded run"
+
     def __init__(
         self, bodies: Sequence[Body], container: Container, runs: Sequence[Run], cameras: Sequence[Camera] | None = None
     ):
@@ -164,7 +166,7 @@ class Recording:
 
     def page(self) -> str:
         """The HTML page that shows it, from the file system and without network."""
-        return recording_page.page(json.dumps(self.encoded()))
+        return recording_page.page(json.dumps(self.encoded()), self.title)
 
     def save(self, path: str | Path) -> Path:
         """Write its page; or its data alone, where the name ends in .json. Raises InputError where it cannot be

@@ -9,6 +9,8 @@
     varied      what differs between runs, and its values in order: {"lambda": [0.001, 0.1]}
     losses      their names
     runs        for each: its values in the order of `varied`, the iterations of its F frames, their total
+    loading     only where a container is loaded, for each object in its order: its name, what is said of it, the frame
+                in which it is in its place: {"names": [...], "words": [...], "stops": [16, 32]}
     data        base64 of a zlib stream
 
 The stream holds P 16 bit integers, first all their low bytes, then all their high bytes; then 32 bit floats, little

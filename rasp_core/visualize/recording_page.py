@@ -17,7 +17,7 @@ WIDGET = "application/vnd.jupyter.widget-view+json"
 THREE_ENDS = 'Object.defineProperty(t,"__esModule",{value:!0})}));'
 PAGE = """<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">
-<title>A recorded run</title><style>body {{ margin: 0 auto; max-width: 75rem; }}</style>
+<title>{title}</title><style>body {{ margin: 0 auto; max-width: 75rem; }}</style>
 <script>{three}</script></head>
 <body>{shown}</body></html>
 """
@@ -45,9 +45,9 @@ export default {
 """
 
 
-def page(data: str) -> str:
+def page(data: str, title: str = "A recorded run") -> str:
     """The HTML page of a recording's JSON text; it needs no network and no kernel."""
-    return PAGE.format(three=three_js(), shown=cell(data))
+    return PAGE.format(title=title, three=three_js(), shown=cell(data))
 
 
 def cell(data: str, picture: str = "") -> str:

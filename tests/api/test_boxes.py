@@ -18,7 +18,7 @@ BOX = rasp.box(0.15, 0.15, 0.12)
 @pytest.fixture(scope="module")
 def found():
     items = [Item(body, must=i == 7) for i, body in enumerate(kitchen_like(8))]
-    return rasp.pack_boxes(items, BOX, "spectral", clearance=0.001, resolution=32)
+    return rasp.pack_boxes(items, BOX, "spectral", clearance=0.001, resolution=32, separable=True)
 
 
 def test_every_part_is_in_one_box_and_each_box_holds(found):
@@ -29,8 +29,11 @@ def test_every_part_is_in_one_box_and_each_box_holds(found):
         assert certify(packed.bodies, packed.matrices, BOX).holds
         assert packed.certificate.gaps.holds
         assert packed.missing == []
+        assert packed.dismantling.holds
     assert kitchen_like(8)[7].name in [body.name for body in found[0].bodies], "what must go in goes into the first"
     assert found.certified
+    assert found.separable
+    assert sum("comes apart through the top" in line for line in found.lines()) == len(found)
     assert found.least == 1
     assert f"8 of 8 objects in {len(found)} boxes" in repr(found)
     volume = sum(body.volume for body in kitchen_like(8))

@@ -102,3 +102,15 @@ def test_what_rests_on_others_is_not_said_to_keep_its_clearance():
 def test_what_would_be_ignored_is_refused(method, settings, says):
     with pytest.raises(InputError, match=says):
         rasp.pack(kitchen_like(2), BOX, method=method, **settings)
+
+
+@pytest.mark.parametrize("method", ["paper", "dense", "spectral", "heightmap"])
+def test_every_method_gives_what_comes_apart(method):
+    quick = {"paper": {"iterations": 20, "resolution": 32, "query_points": 2000}, "dense": {"effort": 2}}.get(
+        method, {}
+    )
+    found = rasp.pack(kitchen_like(6), rasp.box(0.18, 0.18, 0.18), method, separable=True, **quick.get(method, {}))
+    assert found.certificate.holds
+    assert found.dismantling.holds
+    assert sorted(pull.name for pull in found.dismantling.pulls) == sorted(body.name for body in found.bodies)
+    assert found.record()["separable"]["holds"]

@@ -309,3 +309,22 @@ def test_parts_are_exported_in_their_places(cans, tmp_path):
         assert corners.max(0) == pytest.approx(shown.max(0), abs=1e-6)
     assert len((out / "parts.csv").read_text().splitlines()) == 3
     assert main([*command, "--export", "step"]) == 2
+
+
+def test_a_packing_comes_apart_in_the_order_that_is_told_and_judged_again(cans, tmp_path, capsys):
+    out = tmp_path / "out"
+    command = ["pack", str(cans), "--container", "box:0.11,0.11,0.13", "--method", "spectral", "--separable"]
+    assert main([*command, "--out", str(out)]) == 0
+    record = json.loads((out / "result.json").read_text())
+    loading = record["separable"]["loading"]
+    assert {step["name"] for step in loading} == {part["name"] for part in record["objects"]}
+    assert judge.most_shared_on_the_way(judge.read(out / "scene.glb"), loading, samples=50) <= 1e-4
+    assert main(["check", str(out)]) == 0
+    assert capsys.readouterr().err.count("rasp: comes apart through the top, one by one") == 2
+    record["separable"]["loading"].reverse()
+    (out / "result.json").write_text(json.dumps(record))
+    assert main(["check", str(out)]) == 1
+    (out / "result.json").unlink()
+    for asked in ([], ["--separable"]):
+        assert main(["check", str(out), *asked]) == 0
+        assert ("comes apart" in capsys.readouterr().err) == bool(asked)

@@ -153,3 +153,11 @@ def test_whole_numbers_within_bounds(option, value, cans, capsys):
         main(["pack", str(cans), "--container", BOX, option, value])
     assert ended.value.code == 2
     assert "a whole number from" in capsys.readouterr().err
+
+
+def test_a_container_that_is_closed_at_its_top_gives_nothing_out(cans, tmp_path, capsys):
+    trimesh.creation.icosphere(radius=0.2).export(tmp_path / "ball.ply")
+    command = ["pack", str(cans), "--container", str(tmp_path / "ball.ply"), "--method", "spectral", "--separable"]
+    assert main([*command, "--out", str(tmp_path / "out")]) == 2
+    assert "not one object can be pulled straight out" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
