@@ -20,6 +20,7 @@ from .certificate import TOLERANCE
 TILTS_DEG = (5, 10, 20, 30, 45, 60)  # of the slanted pulls, after the one that goes up
 AZIMUTHS = 8  # of each tilt
 LIP = 1e-6  # of the container's height: so far under its top the opening is looked for
+MOST_SEEN = 8  # directions along which triangles are kept at a time
 ROUNDING = 1e-9  # of the container's longest edge, or of its volume
 
 
@@ -147,6 +148,8 @@ class Ways:
 
     def _in(self, k: int) -> _Seen:
         if k not in self._seen:
+            if len(self._seen) == MOST_SEEN:
+                self._seen.pop(next(iter(self._seen)))
             self._seen[k] = _Seen(self.bodies, self.placed, self.directions[k])
         return self._seen[k]
 
@@ -162,6 +165,7 @@ class _Seen:
         self.low = np.array([points.min(0) for points in self.points])
         self.high = np.array([points.max(0) for points in self.points])
         self._triangles: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+        self._lower: dict[int, np.ndarray] = {}
 
     def may_meet(self, i: int, j: int) -> bool:
         """Whether body i can meet body j on its way at all, by their boxes."""
@@ -176,8 +180,10 @@ class _Seen:
 
     def lower(self, i: int) -> np.ndarray:
         """A body's triangles `(P, 3, 3)` that face down."""
-        corners, facing = self.surface(i)
-        return corners[facing < 0]
+        if i not in self._lower:
+            corners, facing = self.surface(i)
+            self._lower[i] = corners[facing < 0]
+        return self._lower[i]
 
 
 def _facing(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

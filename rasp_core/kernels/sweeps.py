@@ -24,13 +24,18 @@ def swept(lower, surface, facing, most):
     """
     total, widest, start = 0.0, 0.0, 0
     boxes, box = np.empty((len(surface), 5)), np.empty(5)
+    whole = np.array([np.inf, -np.inf, np.inf, -np.inf, -np.inf])
     for q in range(len(surface)):
         _extent(surface[q], boxes[q])
         boxes[q, 4] = max(surface[q, 0, 2], surface[q, 1, 2], surface[q, 2, 2])
         widest = max(widest, boxes[q, 1] - boxes[q, 0])
+        for end in range(5):
+            whole[end] = min(whole[end], boxes[q, end]) if end in (0, 2) else max(whole[end], boxes[q, end])
     polygon, cut, depth = np.empty((MOST_CORNERS, 2)), np.empty((MOST_CORNERS, 2)), np.empty(MOST_CORNERS)
     for p in range(len(lower)):
         _extent(lower[p], box)
+        if box[4] >= whole[4] or box[0] >= whole[1] or box[1] <= whole[0] or box[2] >= whole[3] or box[3] <= whole[2]:
+            continue
         while start < len(surface) and boxes[start, 0] < box[0] - widest:
             start += 1
         for q in range(start, len(surface)):

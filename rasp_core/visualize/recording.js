@@ -309,12 +309,12 @@
   const STYLE = `
     .rasp-recording { font: 13px/1.4 sans-serif; color: #222; background: #fff; display: flex; flex-wrap: wrap; gap: 12px; padding: 8px; }
     .rasp-recording canvas { flex: 3 1 320px; min-width: 0; width: 320px; height: 430px; touch-action: none; cursor: grab; }
-    .rasp-recording .side { flex: 1 1 220px; max-width: 340px; }
+    .rasp-recording .side { flex: 1 1 220px; max-width: 340px; overflow-wrap: anywhere; }
     .rasp-recording label { display: block; margin: 4px 0; }
     .rasp-recording input { width: 100%; margin: 0; }
     .rasp-recording svg { width: 100%; height: 52px; display: block; border: 1px solid #ccc; box-sizing: border-box; background: #fff; }
     .rasp-recording ol { max-height: 330px; overflow: auto; margin: 6px 0; padding-left: 34px; }
-    .rasp-recording li { cursor: pointer; border-left: 8px solid; padding-left: 6px; margin: 1px 0; overflow-wrap: anywhere; }
+    .rasp-recording li { cursor: pointer; border-left: 8px solid; padding-left: 6px; margin: 1px 0; }
     .rasp-recording li.later { opacity: 0.35; }
     .rasp-recording li.now { font-weight: bold; }
     .rasp-recording i { font-style: normal; font-weight: bold; }`;
