@@ -9,9 +9,11 @@ from .fetchers import (
     fetch_fracture,
     fetch_general,
     fetch_kitchen,
+    fetch_nesting,
     fetch_targets,
 )
 from .fractures import fracture, joined, scatter, vessels
+from .nesting import nesting
 from .procedural import cad_like, duck, head, kitchen_like, polycubes, torus
 from .scans import reconstruct
 
@@ -25,11 +27,13 @@ __all__ = [
     "fetch_fracture",
     "fetch_general",
     "fetch_kitchen",
+    "fetch_nesting",
     "fetch_targets",
     "fracture",
     "head",
     "joined",
     "kitchen_like",
+    "nesting",
     "polycubes",
     "portraits",
     "reconstruct",

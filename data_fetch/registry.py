@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-GROUPS = ("kitchen", "general", "blockout", "cad", "containers", "fracture", "targets")
+GROUPS = ("kitchen", "general", "blockout", "cad", "containers", "fracture", "targets", "nesting")
 
 
 @dataclass(frozen=True)

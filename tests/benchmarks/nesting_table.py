@@ -1,0 +1,66 @@
+"""The open nesting benchmark: heights of the kit beside those that others report, as a leaderboard in Markdown.
+
+python tests/benchmarks/nesting_table.py [--instances merged2 ...] [--arms dense spectral] [--seeds 3] [--seconds 600]
+
+dense turns freely, spectral by right angles alone, which is nearest to the others' rule (turns in 4 steps). All parts
+must be in, certified. Runs are kept in --out, so that a table that was interrupted goes on; with --workers 1 each has
+the machine for itself. The parts are rebuilt from voxels, see `data_fetch.nesting`: half a per cent proves nothing.
+"""
+
+import argparse
+import os
+import platform
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from data_fetch.nesting import INSTANCES, nesting
+from rasp_core.cli.sweep import sweep
+from rasp_core.packing import methods
+from rasp_core.reproduce.pools import as_files
+
+HEAD = "| instance | parts | sparrow-3d, best | mean | before it |"
+
+
+def heights(instance, arm: str, seeds: int, seconds: float, out: Path, workers: int) -> list[float]:
+    """Of each seed, infinite where not all parts are in or it is not certified."""
+    base = f"{instance.base[0]},{instance.base[1]}"
+    shared = {"objects": as_files(instance.bodies, out / instance.name), "container": f"auto:{base},*"}
+    runs = [{**shared, "method": arm, "seed": seed, "time_limit": seconds} for seed in range(seeds)]
+    volume, area = sum(body.volume for body in instance.bodies), np.prod(instance.base)
+    found = sweep(methods.pack, runs, out / "runs", workers, progress=True)
+    whole = [row["certified"] and row["objects"] == len(instance.bodies) for row in found]
+    return [volume / area / row["density"] if held else np.inf for row, held in zip(found, whole, strict=True)]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--instances", nargs="+", default=list(INSTANCES), choices=INSTANCES)
+    parser.add_argument("--arms", nargs="+", default=["dense", "spectral"], choices=methods.METHODS[1:])
+    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--seconds", type=float, default=600)
+    parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--out", type=Path, default=Path(tempfile.gettempdir()) / "rasp_nesting_table")
+    options = parser.parse_args()
+    print(
+        f"{options.seconds:g} s, {options.seeds} seeds, {options.workers} at once, {os.cpu_count()} cores, {platform.machine()}\n"
+    )
+    print(HEAD + "".join(f" {arm}: mean, best to worst | over their best |" for arm in options.arms))
+    print("|---" * (5 + 2 * len(options.arms)) + "|")
+    ratios = {arm: [] for arm in options.arms}
+    for name in options.instances:
+        instance = nesting(name)
+        told = instance.reported
+        line = f"| {name} | {len(instance.bodies)} | {told.best} | {told.mean} | {told.before or '-'} |"
+        for arm in options.arms:
+            found = heights(instance, arm, options.seeds, options.seconds, options.out, options.workers)
+            ratios[arm].append(np.mean(found) / told.best)
+            line += f" {np.mean(found):.2f}, {min(found):.2f} to {max(found):.2f} | {ratios[arm][-1]:.3f} |"
+        print(line, flush=True)
+    for arm, values in ratios.items():
+        print(f"\n{arm}: {np.mean(values):.3f} of their best in the mean, {max(values):.3f} at worst")
+
+
+if __name__ == "__main__":
+    main()
