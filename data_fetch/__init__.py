@@ -13,7 +13,7 @@ from .fetchers import (
     fetch_targets,
 )
 from .fractures import fracture, joined, scatter, vessels
-from .nesting import nesting
+from .nesting import nesting_instance
 from .procedural import cad_like, duck, head, kitchen_like, polycubes, torus
 from .scans import reconstruct
 
@@ -33,7 +33,7 @@ __all__ = [
     "head",
     "joined",
     "kitchen_like",
-    "nesting",
+    "nesting_instance",
     "polycubes",
     "portraits",
     "reconstruct",

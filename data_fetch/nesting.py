@@ -70,15 +70,14 @@ class Instance:
         return unique_names([solids[path] for path, copies in self.parts.items() for _ in range(copies)])
 
 
-def nesting(name: str) -> Instance:
+def nesting_instance(name: str) -> Instance:
     """One of `INSTANCES`. Raises InputError for another name, FetchError where its files cannot be had."""
     if name not in INSTANCES:
         raise InputError(f"nesting instance {name!r} is unknown; use one of {', '.join(INSTANCES)}")
     list_name, reported = INSTANCES[name]
     files = {path.name: path for path in fetch_nesting()}
-    lines = [
-        line.split() for line in files[f"{list_name}.txt"].read_text(encoding="utf-8").splitlines() if line.strip()
-    ]
+    text = files[f"{list_name}.txt"].read_text(encoding="utf-8")
+    lines = [line.split() for line in text.splitlines() if line.strip()]
     base = float(lines[0][1]), float(lines[0][2])
     parts: dict[Path, int] = {}
     for place, copies in lines[1:]:

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from data_fetch.nesting import INSTANCES, nesting
+from data_fetch.nesting import INSTANCES, nesting_instance
 from rasp_core.cli.sweep import sweep
 from rasp_core.packing import methods
 from rasp_core.reproduce.pools import as_files
@@ -43,14 +43,13 @@ def main():
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path(tempfile.gettempdir()) / "rasp_nesting_table")
     options = parser.parse_args()
-    print(
-        f"{options.seconds:g} s, {options.seeds} seeds, {options.workers} at once, {os.cpu_count()} cores, {platform.machine()}\n"
-    )
+    machine = f"{options.workers} at once on {os.cpu_count()} cores, {platform.machine()}"
+    print(f"{options.seconds:g} s, {options.seeds} seeds, {machine}\n")
     print(HEAD + "".join(f" {arm}: mean, best to worst | over their best |" for arm in options.arms))
     print("|---" * (5 + 2 * len(options.arms)) + "|")
     ratios = {arm: [] for arm in options.arms}
     for name in options.instances:
-        instance = nesting(name)
+        instance = nesting_instance(name)
         told = instance.reported
         line = f"| {name} | {len(instance.bodies)} | {told.best} | {told.mean} | {told.before or '-'} |"
         for arm in options.arms:

@@ -5,8 +5,7 @@ import pytest
 import trimesh
 from trimesh.exchange import binvox
 
-from data_fetch import nesting as open_benchmark
-from data_fetch.nesting import INSTANCES, rebuild
+from data_fetch.nesting import INSTANCES, nesting_instance, rebuild
 from rasp_core.util.errors import InputError
 
 
@@ -56,7 +55,7 @@ def test_what_holds_no_voxels_is_refused(tmp_path, data):
 
 def test_an_unknown_instance_is_refused():
     with pytest.raises(InputError, match="use one of chess, "):
-        open_benchmark("checkers")
+        nesting_instance("checkers")
 
 
 @pytest.mark.real_data
@@ -65,7 +64,7 @@ def test_instances_have_the_parts_that_are_listed(data, monkeypatch, name):
     monkeypatch.setenv("RASP_DATA_MIRROR", str(data))
     rows = [line.split(",") for line in (data / "nesting" / "instances.csv").read_text().splitlines()[1:]]
     _, x, y, parts, *_ = next(row for row in rows if row[0] == name)
-    instance = open_benchmark(name)
+    instance = nesting_instance(name)
     assert instance.base == pytest.approx([float(x), float(y)], abs=1e-3)
     assert sum(instance.parts.values()) == int(parts)
 
@@ -73,6 +72,6 @@ def test_instances_have_the_parts_that_are_listed(data, monkeypatch, name):
 @pytest.mark.real_data
 def test_parts_are_those_that_were_measured(data, monkeypatch):
     monkeypatch.setenv("RASP_DATA_MIRROR", str(data))
-    for path in (path for path in open_benchmark("liu").parts):
+    for path in (path for path in nesting_instance("liu").parts):
         other = trimesh.load(data / "nesting" / "parts" / f"{path.name.removesuffix('_nh.binvox')}.obj", process=False)
         assert rebuild(path).volume == pytest.approx(other.volume, rel=1e-3)

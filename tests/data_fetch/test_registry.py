@@ -6,16 +6,8 @@ import pytest
 
 from data_fetch.registry import GROUPS, entries
 
-COUNTS = {
-    "kitchen": 106,
-    "general": 34,
-    "blockout": 24,
-    "cad": 32,
-    "containers": 7,
-    "fracture": 24,
-    "targets": 4,
-    "nesting": 52,
-}
+COUNTS = {"kitchen": 106, "general": 34, "blockout": 24, "cad": 32, "containers": 7, "fracture": 24, "targets": 4}
+COUNTS["nesting"] = 52
 
 
 @pytest.mark.parametrize("group", GROUPS)
