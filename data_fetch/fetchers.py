@@ -85,7 +85,7 @@ def fetch_targets() -> list[Path]:
 
 
 def fetch_nesting() -> list[Path]:
-    """52 files: the 43 .binvox parts of the open 3D nesting benchmark and its 9 instances as .txt, see `nesting_instance`.
+    """52 files: 43 .binvox parts of the open 3D nesting benchmark and 9 .txt, its instances; see `nesting_instance`.
 
     MIT licence (the repository's). Cite the instances' authors: Stoyan et al. 2004 and 2005, Egeblad et al. 2009, Liu
     et al. 2015, Lamas-Fernandez et al. 2022. Raises FetchError.
