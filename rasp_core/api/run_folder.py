@@ -14,7 +14,7 @@ import os
 import platform
 import shutil
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
@@ -63,6 +63,7 @@ def save_run(
     painted: Painted | None = None,
     pages: Mapping[str, str] | None = None,
     exports: Sequence[str] = (),
+    files: Mapping[str, Callable[[Path], object]] | None = None,
 ) -> Path:
     """Write a run's folder; each file appears whole or not at all.
 
@@ -70,6 +71,7 @@ def save_run(
     scenes : further scenes' file names, and the poses `(N, 4, 4)` that the bodies have in them. images : further
     pictures' file names, and pixels uint8. painted : the bodies' colours in scene.glb. pages : further pages' file
     names, and their HTML. exports : formats of `io.exports.WRITERS`, each a file `parts.FORMAT`.
+    files : further files' names, and what writes each to a path.
     Raises InputError where the folder cannot be written.
     """
     folder = check_writable(folder)
@@ -86,6 +88,8 @@ def save_run(
             write_scene(work / name, bodies, matrices, container)
         for word in exports:
             WRITERS[word](work / f"parts.{word}", _placed_parts(bodies, arrangement.matrices))
+        for name, write in (files or {}).items():
+            write(work / name)
         record = {**describe(arrangement, certificate, history), **facts}
         (work / RECORD).write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
         with (work / "history.csv").open("w", newline="", encoding="utf-8") as file:

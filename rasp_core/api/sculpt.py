@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..art import anamorphic, texturing
+from ..art.building import PRINTER_MM, THICKNESS_MM, build
 from ..art.sculpture import Sculpture
 from ..art.targets import from_files, from_text
 from ..art.views import cameras_for
@@ -23,6 +24,8 @@ from .result import Result
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from PIL.Image import Image
+
+    from .build import BuiltResult
 
 
 @dataclass(frozen=True, repr=False)
@@ -79,9 +82,28 @@ class SculptureResult(Result):
 
         return installation(self.arrangement)
 
-    def save(self, folder: str | Path, facts: Mapping | None = None, pictures: bool = False) -> Path:
+    def build(self, printer_mm: Sequence[float] = PRINTER_MM, thickness_mm: float = THICKNESS_MM) -> BuiltResult:
+        """One closed piece for a printer: the objects on a base, joined by struts that no view sees.
+
+        printer_mm : its volume, x, y, z, which the piece fills. thickness_mm : of struts and joints, at least.
+        Raises InputError for lengths that are not positive, for views from below, before which a base would stand, and
+        where no hidden strut reaches some of the objects.
+        """
+        from ..physics.standing import stand
+        from .build import BuiltResult
+
+        built = build(self.art, printer_mm, thickness_mm)
+        return BuiltResult(self, built, stand(built.vertices, built.faces))
+
+    def save(
+        self,
+        folder: str | Path,
+        facts: Mapping | None = None,
+        pictures: bool = False,
+        files: Mapping[str, Callable[[Path], object]] | None = None,
+    ) -> Path:
         """As `Result.save`, with the targets, and painted.png; pictures : also installation.png, turntable.gif, and
-        heap.html, in which the heap is turned with the mouse."""
+        heap.html, in which the heap is turned with the mouse. files : further files' names, and what writes each."""
         from .run_folder import save_run
 
         images = {f"target_{k + 1}.png": np.where(t, 0, 255).astype(np.uint8) for k, t in enumerate(self.art.pictures)}
@@ -90,7 +112,9 @@ class SculptureResult(Result):
         if pictures:
             images["installation.png"] = self.installation()
         record = self.record() | dict(facts or {})
-        place = save_run(folder, self.arrangement, self.certificate, record, images=images, painted=self.painted)
+        place = save_run(
+            folder, self.arrangement, self.certificate, record, images=images, painted=self.painted, files=files
+        )
         if pictures:
             self._save_moving(place)
         return place

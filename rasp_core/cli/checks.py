@@ -44,3 +44,17 @@ def count_of(text: str, option: str = "--count") -> int | None:
     if count < 1:
         raise InputError(f"{option} must be auto or a positive number, got {text}")
     return count
+
+
+def build_of(options: argparse.Namespace) -> dict | None:
+    """What `SculptureResult.build` is asked, None where nothing is to be built."""
+    asked = {"printer_mm": options.printer, "thickness_mm": options.thickness}
+    asked = {name: value for name, value in asked.items() if value is not None}
+    if asked and not options.build:
+        raise InputError("--printer and --thickness are of a piece to build; add --build")
+    if "printer_mm" in asked:
+        try:
+            asked["printer_mm"] = tuple(float(edge) for edge in options.printer.split(","))
+        except ValueError:
+            raise InputError(f"--printer must be three lengths in mm, as 200,200,200, got {options.printer}") from None
+    return asked if options.build else None

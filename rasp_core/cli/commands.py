@@ -13,7 +13,7 @@ from pathlib import Path
 from ..io.atomic_files import whole
 from ..util.errors import InputError
 from ..util.loading import loading
-from .checks import CLEARANCES, check_clearances, check_time, check_together, count_of
+from .checks import CLEARANCES, build_of, check_clearances, check_time, check_together, count_of
 
 WEIGHTS = ("weighting", "shadow", "lambda_", "epsilon")  # options that are fields of `problem.Settings`
 SETTINGS = (*WEIGHTS, "viewing_volume", "iterations", "resolution")
@@ -124,22 +124,27 @@ def art(options: argparse.Namespace) -> int:
     with loading():
         from ..api.run_folder import check_writable
         from ..api.sculpt import sculpt
+        from ..art.building import check_printer
         from ..geometry.loading import load_bodies
 
     check_time(options)
-    folder = check_writable(options.out)
+    folder, building, fallen = check_writable(options.out), build_of(options), []
+    check_printer(**building or {})
     several = options.text is not None and len(options.text[0]) > 1
     places = (folder / f"{number}" for number in itertools.count(1)) if several else iter([folder])
 
     def keep(heap) -> None:
-        place = next(places)
-        heap.save(place, pictures=options.pictures)
-        lines = [*heap.warnings, *heap.certificate.lines()[:20]]
+        place, built = next(places), None if building is None else heap.build(**building)
+        (built or heap).save(place, pictures=options.pictures)
+        lines = [*(built or heap).warnings, *heap.certificate.lines()[:20]]
         if heap.painted is not None:
             lines.append(f"painted, {heap.paint_fit()}")
         for line in lines:
             print(f"rasp: {line}", file=sys.stderr)
         print(f"{place}: {heap.headline().removeprefix('Sculpture of ')}")
+        if built is not None:
+            print(f"{place / 'built.stl'}: {built.headline()}")
+            fallen.append(not built.standing.stands)
 
     made = sculpt(
         load_bodies(options.objects, _reading(options), progress=True),
@@ -158,7 +163,7 @@ def art(options: argparse.Namespace) -> int:
         progress=True,
         each=keep,
     )
-    return 0 if all(heap.certificate.holds for heap in (made if several else [made])) else 1
+    return 0 if all(heap.certificate.holds for heap in (made if several else [made])) and not any(fallen) else 1
 
 
 def sweep(options: argparse.Namespace) -> int:

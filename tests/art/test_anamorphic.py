@@ -103,12 +103,14 @@ def test_the_command_paints_and_writes_a_run(squares, capsys):
     assert {"scene.glb", "painted.png", "target_1.png", "target_2.png", "silhouettes.png", "history.csv"} <= files
 
 
-def test_the_command_makes_a_heap_for_each_place_in_words(squares):
+def test_the_command_makes_a_heap_for_each_place_in_words(squares, capsys):
     limits = ["--resolution", "64", "--width", "0.4", "--count", "3", "--pictures", "--out", str(squares / "words")]
-    assert main(["art", str(squares / "objects"), "--text", "AB", "12", *limits]) == 0
+    building = ["--build", "--printer", "90,90,120", "--thickness", "1"]
+    assert main(["art", str(squares / "objects"), "--text", "AB", "12", *limits, *building]) == 0
+    assert "built.stl: one closed piece of " in capsys.readouterr().out
     assert (squares / "words" / "1" / "result.json").exists()
     files = {path.name for path in (squares / "words" / "2").iterdir()}
-    assert {"scene.glb", "installation.png", "turntable.gif", "heap.html"} <= files
+    assert {"scene.glb", "installation.png", "turntable.gif", "heap.html", "built.stl", "built.3mf"} <= files
     with Image.open(squares / "words" / "2" / "turntable.gif") as film:
         assert film.n_frames == 36
 
@@ -130,6 +132,8 @@ def test_the_command_makes_a_heap_for_each_place_in_words(squares):
         (["--text", "A", "B", "--count", "0"], "needs at least one object, got a count of 0"),
         (["--text", "A", "B", "--time-limit", "0"], "--time-limit must be positive"),
         (["--text", "A", "B", "--width", "-1"], "width must be positive"),
+        (["--text", "A", "B", "--thickness", "1"], "are of a piece to build; add --build"),
+        (["--text", "A", "B", "--build", "--printer", "9,9,0"], "three positive lengths in mm"),
     ],
 )
 def test_the_command_refuses_in_one_line(squares, monkeypatch, capsys, arguments, message):
@@ -140,6 +144,14 @@ def test_the_command_refuses_in_one_line(squares, monkeypatch, capsys, arguments
     printed = capsys.readouterr().err.strip().splitlines()
     assert len(printed) == 1
     assert message in printed[0]
+    assert not (squares / "run").exists()
+
+
+def test_a_heap_that_cannot_be_built_leaves_nothing_behind(squares, capsys):
+    small = ["--count", "1", "--width", "0.4", "--resolution", "32", "--out", str(squares / "run")]
+    below = ["--elevations-deg", "0", "-60", "--build"]
+    assert main(["art", str(squares / "objects"), "--text", "A", "B", *below, *small]) == 2
+    assert "a base would stand before the view at azimuth 90, elevation -60" in capsys.readouterr().err
     assert not (squares / "run").exists()
 
 

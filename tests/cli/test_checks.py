@@ -4,7 +4,7 @@ from argparse import Namespace
 
 import pytest
 
-from rasp_core.cli.checks import check_clearances, check_time, check_together, count_of
+from rasp_core.cli.checks import build_of, check_clearances, check_time, check_together, count_of
 from rasp_core.util.errors import InputError
 
 
@@ -39,3 +39,15 @@ def test_what_is_of_one_box_in_motion_goes_with_neither_boxes_nor_what_is_fixed(
         for other in ({"boxes": "2"}, {"fixed": ["there.stl"]}):
             with pytest.raises(InputError, match=f"--{moves} .*--{next(iter(other))}"):
                 check_together(Namespace(**alone | {moves: True} | other))
+
+
+def test_what_is_built_has_a_printer_of_three_lengths():
+    nothing = {"build": False, "printer": None, "thickness": None}
+    assert build_of(Namespace(**nothing)) is None
+    assert build_of(Namespace(**nothing | {"build": True})) == {}
+    asked = build_of(Namespace(build=True, printer="220,220,250", thickness=1.2))
+    assert asked == {"printer_mm": (220, 220, 250), "thickness_mm": 1.2}
+    with pytest.raises(InputError, match="--printer must be three lengths in mm, as 200,200,200, got large"):
+        build_of(Namespace(build=True, printer="large", thickness=None))
+    with pytest.raises(InputError, match="add --build"):
+        build_of(Namespace(**nothing | {"thickness": 2.0}))
