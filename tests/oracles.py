@@ -35,6 +35,22 @@ def cast_mask(bodies, rotation, translation, camera, resolution: int) -> np.ndar
     return np.isfinite(scene.cast_rays(open3d.core.Tensor(rays))["t_hit"].numpy())
 
 
+def thrown(vertices, faces, lamp, middle, right, up, height: float, size: int) -> np.ndarray:
+    """What surfaces, vertices `(V, 3)`, faces `(F, 3)`, darken of a square of a plane, `(size, size)` bool, row 0 on
+    top: one open3d ray from the lamp to the middle of each pixel."""
+    import open3d
+
+    scene = open3d.t.geometry.RaycastingScene()
+    scene.add_triangles(np.asarray(vertices, np.float32), np.asarray(faces, np.uint32))
+    found = np.zeros((size, size), bool)
+    for row in range(size):
+        across = ((np.arange(size) + 0.5) / size - 0.5)[:, None] * np.asarray(right, float)
+        points = middle + height * (across + (0.5 - (row + 0.5) / size) * np.asarray(up, float))
+        rays = np.concatenate([np.broadcast_to(lamp, points.shape), points - lamp], 1).astype(np.float32)
+        found[row] = scene.cast_rays(rays)["t_hit"].numpy() < 1
+    return found
+
+
 def iou(first: np.ndarray, second: np.ndarray) -> float:
     """Intersection over union of two bool arrays."""
     return float((first & second).sum() / (first | second).sum())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
@@ -10,14 +10,31 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..art.building import Built
+from ..art.building import Built, build
+from ..art.hiding import steep
 from ..geometry.meshes import Body, make_body
 from ..io.exports import MILLIMETRES, PlacedPart, write_3mf, write_stl
-from ..physics.standing import Standing
+from ..physics.standing import Standing, stand
+from ..util.errors import InputError
 from .result import Result
 
 if TYPE_CHECKING:
     from PIL.Image import Image
+
+
+def built(heap: Result, printer_mm: Sequence[float], thickness_mm: float) -> BuiltResult:
+    """A `SculptureResult` as one piece, as its `build` says."""
+    scale = None
+    if heap.in_room is not None:
+        for throw, camera in zip(heap.in_room.room.throws, heap.cameras, strict=True):
+            if steep(camera):
+                raise InputError(
+                    f"a base would stand between the lamp at {throw.at.tolist()} and the {throw.surface.name}; "
+                    "hang the heap up, or move the lamp lower"
+                )
+        scale = MILLIMETRES * heap.in_room.scale
+    piece = build(heap.art, printer_mm, thickness_mm, scale)
+    return BuiltResult(heap, piece, stand(piece.vertices, piece.faces))
 
 
 @dataclass(frozen=True, repr=False)

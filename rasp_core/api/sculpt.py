@@ -11,13 +11,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..art import anamorphic, texturing
-from ..art.building import PRINTER_MM, THICKNESS_MM, build
+from ..art.building import PRINTER_MM, THICKNESS_MM
+from ..art.room import Room
 from ..art.sculpture import Sculpture
 from ..art.targets import from_files, from_text
 from ..art.views import cameras_for
 from ..geometry.meshes import Body
 from ..util.devices import resolve_device
 from ..util.errors import InputError
+from .in_room import InRoom, room_for
 from .inputs import as_bodies
 from .result import Result
 
@@ -30,12 +32,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class SculptureResult(Result):
-    """One heap. art : its pictures, their visual hull, how the search went. painted : its colours, None if it has
-    none."""
+    """One heap. art : its pictures, their visual hull, how the search went. painted : its colours, in_room : its lamps
+    and shadows, None if it has none."""
 
     art: Sculpture
     device: str
     painted: texturing.Painted | None = None
+    in_room: InRoom | None = None
 
     @property
     def warnings(self) -> list[str]:
@@ -59,6 +62,8 @@ class SculptureResult(Result):
             rows[f"likeness {camera.direction}"] = f"{likeness:.1%} (ceiling {ceiling:.1%})"
         if self.painted is not None:
             rows["painted"] = self.paint_fit()
+        if self.in_room is not None:
+            rows["in the room"] = self.in_room.line()
         return rows
 
     def paint_fit(self) -> str:
@@ -70,6 +75,8 @@ class SculptureResult(Result):
         facts = {"command": "art", **self.art.to_dict(), "device": self.device, "seconds": self.seconds}
         if self.painted is not None:
             facts |= {"psnr": self.painted.psnr.tolist(), "ssim": self.painted.ssim.tolist()}
+        if self.in_room is not None:
+            facts["room"] = self.in_room.to_dict()
         return facts
 
     def show(self, size: tuple[int, int] = (800, 700), **look) -> Image:
@@ -77,23 +84,22 @@ class SculptureResult(Result):
         return super().show(size, **({"painted": self.painted} | look))
 
     def installation(self) -> np.ndarray:
-        """`(H, W, 3)` uint8: the heap in a dark room, its shadows on the walls."""
+        """`(H, W, 3)` uint8: the heap in a dark room, its shadows on the walls; in its own room if it has one."""
         from ..visualize.scene3d import installation
 
-        return installation(self.arrangement)
+        return installation(self.arrangement) if self.in_room is None else self.in_room.picture()
 
     def build(self, printer_mm: Sequence[float] = PRINTER_MM, thickness_mm: float = THICKNESS_MM) -> BuiltResult:
         """One closed piece for a printer: the objects on a base, joined by struts that no view sees.
 
-        printer_mm : its volume, x, y, z, which the piece fills. thickness_mm : of struts and joints, at least.
-        Raises InputError for lengths that are not positive, for views from below, before which a base would stand, and
-        where no hidden strut reaches some of the objects.
+        printer_mm : its volume, x, y, z, which the piece fills; in a room the piece has the size that this asks for.
+        thickness_mm : of struts and joints, at least. Raises InputError for lengths that are not positive, a base that
+        would stand before a view or its lamp's shadow, a piece that is larger than the printer, and where no hidden
+        strut reaches some of the objects.
         """
-        from ..physics.standing import stand
-        from .build import BuiltResult
+        from .build import built
 
-        built = build(self.art, printer_mm, thickness_mm)
-        return BuiltResult(self, built, stand(built.vertices, built.faces))
+        return built(self, printer_mm, thickness_mm)
 
     def save(
         self,
@@ -103,7 +109,8 @@ class SculptureResult(Result):
         files: Mapping[str, Callable[[Path], object]] | None = None,
     ) -> Path:
         """As `Result.save`, with the targets, and painted.png; pictures : also installation.png, turntable.gif, and
-        heap.html, in which the heap is turned with the mouse. files : further files' names, and what writes each."""
+        heap.html, in which the heap is turned with the mouse; of a heap in a room also room.html, the sheet to set it
+        up by. files : further files' names, and what writes each."""
         from .run_folder import save_run
 
         images = {f"target_{k + 1}.png": np.where(t, 0, 255).astype(np.uint8) for k, t in enumerate(self.art.pictures)}
@@ -113,7 +120,14 @@ class SculptureResult(Result):
             images["installation.png"] = self.installation()
         record = self.record() | dict(facts or {})
         place = save_run(
-            folder, self.arrangement, self.certificate, record, images=images, painted=self.painted, files=files
+            folder,
+            self.arrangement,
+            self.certificate,
+            record,
+            images=images,
+            painted=self.painted,
+            pages=None if self.in_room is None else {"room.html": self.in_room.sheet()},
+            files=files,
         )
         if pictures:
             self._save_moving(place)
@@ -175,6 +189,7 @@ def sculpt(
     azimuths_deg: Sequence[float] | None = None,
     elevations_deg: Sequence[float] | None = None,
     projection: str = "orthographic",
+    room: str | Path | Room | None = None,
     width: float | None = None,
     count: int | None = None,
     resolution: int = 512,
@@ -190,11 +205,13 @@ def sculpt(
     targets : two to four picture files (alpha, or dark on a light ground), one for each view. text : words of one
     length instead, one for each view; words of several letters make a `SculptureRow`, a heap for each place in them.
     azimuths_deg, elevations_deg : of the views; 0 and 90, or 0, 120, 240, or 0, 45, 90, 135, level, if None.
+    room : instead of directions, a file of `art.room_file`, or a room: a lamp for each picture, and where its shadow
+    falls; the result's `in_room` says what is to be seen there.
     width : of the pictures in metres, chosen if None. count : objects, at most. resolution : pixels along a picture.
     time_limit : seconds after which no other width is tried. paint : the pictures' colours onto the heap.
     each : called with each heap as soon as it is made.
 
-    Raises InputError unless targets or text is given, and for views that do not match them.
+    Raises InputError unless targets or text is given, and for views or a room that do not match them.
 
     >>> import rasp_core as rasp
     >>> from data_fetch import kitchen_like
@@ -206,17 +223,23 @@ def sculpt(
         raise InputError("a sculpture needs pictures (targets) or words (text); give one of them")
     if text is not None and paint:
         raise InputError("letters have no colours to paint with; give pictures (targets)")
-    cameras = cameras_for(len(targets or text), azimuths_deg, elevations_deg, width=width or 1.0, projection=projection)
+    count_wanted = len(targets or text)
+    if room is None:
+        cameras = cameras_for(count_wanted, azimuths_deg, elevations_deg, width=width or 1.0, projection=projection)
+    else:
+        plain = azimuths_deg is None and elevations_deg is None and projection == "orthographic" and not paint
+        room = room_for(room, count_wanted, plain)
+        cameras = room.cameras()
     if targets is not None:
         wanted = [from_files(targets, resolution)]
     else:
-        wanted = from_text(text, resolution, square=any(camera.elevation_deg for camera in cameras))
+        wanted = from_text(text, resolution, square=room is not None or any(camera.elevation_deg for camera in cameras))
     pool, chosen, heaps = as_bodies(parts), resolve_device(device), []
     for target in wanted:
         began = time.monotonic()
         made = anamorphic.sculpt(
             pool,
-            target.pictures,
+            target.pictures if room is None else room.corrected(target.pictures),
             cameras,
             colours=target.colours if paint else None,
             count=count,
@@ -228,7 +251,8 @@ def sculpt(
         )
         painted = texturing.paint(made, target.colours) if paint else None
         seconds = time.monotonic() - began
-        heaps.append(SculptureResult(made.arrangement, made.certificate, seconds, made, str(chosen), painted))
+        placed = None if room is None else InRoom(room, made, target.pictures)
+        heaps.append(SculptureResult(made.arrangement, made.certificate, seconds, made, str(chosen), painted, placed))
         if each is not None:
             each(heaps[-1])
     return heaps[0] if len(heaps) == 1 else SculptureRow(heaps)

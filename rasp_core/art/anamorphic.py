@@ -99,9 +99,10 @@ def sculpt(
 ) -> Sculpture:
     """A sculpture of objects of the pool, each as often as is wanted, that shows `pictures` `(K, H, H)` bool.
 
-    cameras : K, about the origin; their width does not count. colours `(K, H, H, 3)` in [0, 1] : of the pictures, if
-    the sculpture is to be painted; then objects hide what two views would have to share. count : of objects, at most.
-    width : of the pictures in metres, searched if None. time_limit : seconds after which no further width is begun.
+    cameras : K, about the origin; of their widths only the proportions count. colours `(K, H, H, 3)` in [0, 1] : of the
+    pictures, if the sculpture is to be painted; then objects hide what two views would have to share. count : of
+    objects, at most. width : of the smallest picture in metres, searched if None. time_limit : seconds after which no
+    further width is begun.
 
     Raises InputError as `hull_silhouettes` does, for no objects, a count or width that is not positive, colours of
     another shape, and if not one object can be placed.
@@ -109,7 +110,8 @@ def sculpt(
     began, pictures = time.monotonic(), np.asarray(pictures, bool)
     colours = None if colours is None else np.asarray(colours)
     _check(pool, pictures, colours, count, width)
-    cameras = [replace(camera, width=1.0) for camera in cameras]
+    least = min((camera.width for camera in cameras), default=1.0)
+    cameras = [replace(camera, width=camera.width / least) for camera in cameras]
     hull = hull_silhouettes(pictures, cameras)
     covering, count = Covering(pool, cameras, hull, seed), count or SETTINGS.largest_count
     painted, step, best, rounds = colours is not None, SETTINGS.coarse_px, None, []

@@ -111,10 +111,16 @@ class Built:
         ]
 
 
-def build(sculpture: Sculpture, printer_mm: Sequence[float] = PRINTER_MM, thickness_mm: float = THICKNESS_MM) -> Built:
+def build(
+    sculpture: Sculpture,
+    printer_mm: Sequence[float] = PRINTER_MM,
+    thickness_mm: float = THICKNESS_MM,
+    scale: float | None = None,
+) -> Built:
     """One closed solid of a heap, on a base, that fills a printer's volume (x, y, z).
 
-    thickness_mm : of struts and joints, at least. Raises InputError for lengths that are not positive, a base that
+    thickness_mm : of struts and joints, at least. scale : millimetres in a metre, if the piece is not to fill the
+    volume. Raises InputError for lengths that are not positive, a piece that is larger than the printer, a base that
     would stand before a view, and where no hidden strut joins some of the objects; it names them.
     """
     printer = check_printer(printer_mm, thickness_mm)
@@ -126,7 +132,15 @@ def build(sculpture: Sculpture, printer_mm: Sequence[float] = PRINTER_MM, thickn
     top, thick = hiding.base_top(low, high), BASE_THICKNESSES * thickness_mm
     gap = GAP_THICKNESSES * thickness_mm
     room = printer - [0, 0, thick + gap]
-    scale = float((room / [*(high - low)[:2], high[2] - top]).min())
+    edges = np.array([*(high - low)[:2], high[2] - top])
+    largest = float((room / edges).min())
+    scale = largest if scale is None else scale
+    if scale > largest * (1 + 1e-9):
+        need = scale * edges + printer - room
+        raise InputError(
+            f"the piece is {' x '.join(f'{edge:.0f}' for edge in need)} mm and the printer's volume "
+            f"{' x '.join(f'{edge:g}' for edge in printer)}; make the shadows smaller, or give a larger printer"
+        )
     # from here on the base is a solid of the heap, in metres
     top, thick = top - gap / scale, thick / scale
     base = manifold3d.Manifold.cube([*(high - low)[:2], thick]).translate([*low[:2], top - thick])

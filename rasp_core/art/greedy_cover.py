@@ -43,14 +43,14 @@ SETTINGS = CoverSettings()
 
 
 class Covering:
-    """Objects of a pool, each as often as is wanted, before K views of one width, and what they leave open.
+    """Objects of a pool, each as often as is wanted, before K views, and what they leave open.
 
     chosen, rotation, translation : indices into the pool, and poses, of what was added. wanted `(K, H, H)` bool: the
     pixels that should be dark. dark `(K, H, H)` bool: those that are.
     """
 
     def __init__(self, pool: Sequence[Body], cameras: Sequence[Camera], wanted: np.ndarray, seed: int):
-        """cameras about the origin; `reset` sets their width."""
+        """cameras about the origin; `reset` sets the width of the smallest, and the others' in proportion."""
         from ..kernels import greedy_cover
 
         self._kernels = greedy_cover
@@ -70,21 +70,23 @@ class Covering:
             half_extents=self.profiles.half_extents,
             radius=self.profiles.radius,
         )
-        self._at_width_1 = [replace(camera, width=1.0) for camera in cameras]
+        least = min(camera.width for camera in cameras)
+        self._at_width_1 = [replace(camera, width=camera.width / least) for camera in cameras]
         self._points, self._pixels = hull_points(self.wanted, self._at_width_1)
         self.reset(1.0)
 
     def reset(self, width: float) -> None:
-        """Take all objects away, and set the views' width, metres. Raises InputError for one that is not positive."""
+        """Take all objects away, and set the least width of the views, that of the viewing volume, metres. Raises
+        InputError for one that is not positive."""
         self.random = np.random.default_rng([5, self._seed])
-        self.cameras = [replace(camera, width=width) for camera in self._at_width_1]
+        self.cameras = [replace(camera, width=width * camera.width) for camera in self._at_width_1]
         self.chosen, self.rotation, self.translation = [], np.zeros((0, 3, 3)), np.zeros((0, 3))
         self.dark = np.zeros_like(self.wanted)
 
     @property
     def width(self) -> float:
         """Of the viewing volume, metres."""
-        return self.cameras[0].width
+        return min(camera.width for camera in self.cameras)
 
     @property
     def poses(self) -> Poses:
@@ -184,7 +186,7 @@ def hull_points(wanted: np.ndarray, cameras: Sequence[Camera]) -> tuple[np.ndarr
     """Points `(M, 3)` of a lattice in the viewing volume that are dark in all pictures `(K, H, H)` bool, and the number
     of the pixel that shows each of them, `(K, M)`, row by row."""
     size = wanted.shape[-1]
-    steps = ((np.arange(SETTINGS.lattice) + 0.5) / SETTINGS.lattice - 0.5) * cameras[0].width
+    steps = ((np.arange(SETTINGS.lattice) + 0.5) / SETTINGS.lattice - 0.5) * min(camera.width for camera in cameras)
     points = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), -1).reshape(-1, 3) + cameras[0].centre
     pixels = np.zeros((0, len(points)), np.int64)
     for camera, picture in zip(cameras, wanted, strict=True):

@@ -142,6 +142,8 @@ def art(options: argparse.Namespace) -> int:
         for line in lines:
             print(f"rasp: {line}", file=sys.stderr)
         print(f"{place}: {heap.headline().removeprefix('Sculpture of ')}")
+        if heap.in_room is not None:
+            print(f"{place / 'room.html'}: {heap.in_room.line()}")
         if built is not None:
             print(f"{place / 'built.stl'}: {built.headline()}")
             fallen.append(not built.standing.stands)
@@ -153,6 +155,7 @@ def art(options: argparse.Namespace) -> int:
         azimuths_deg=options.azimuths_deg,
         elevations_deg=options.elevations_deg,
         projection=options.projection,
+        room=options.room,
         **_given(options, "width"),
         count=options.count,
         resolution=options.resolution,

@@ -155,6 +155,9 @@ def _parser() -> _Parser:
     art.add_argument("--azimuths-deg", type=float, nargs="+", help="(default: 0 90; 0 120 240; 0 45 90 135)")
     art.add_argument("--elevations-deg", type=float, nargs="+", help="(default: 0 each)")
     art.add_argument("--projection", default="orthographic", choices=["orthographic", "perspective"])
+    art.add_argument(
+        "--room", type=Path, metavar="JSON", help="where lamps, walls and floor are, instead of directions"
+    )
     art.add_argument("--width", type=float, help="of the pictures (default: chosen)")
     art.add_argument("--count", type=int, help="objects, at most (default: as many as are needed)")
     art.add_argument("--resolution", type=_pixels, default=512, help="pixels along a picture (default: 512)")

@@ -52,10 +52,53 @@ class Lamp:
         rim = (right**8 + up**8) ** (1 / 8)  # a square with round corners
         return np.clip((1 - rim) / (2 * self.soft) + 1, 0, 1)
 
+    def towards(self, points: np.ndarray) -> np.ndarray:
+        """`(P, 3)`: unit vectors from points `(P, 3)` to the light."""
+        return np.broadcast_to(-self.view.axes[2], points.shape)
+
+    def away(self, points: np.ndarray) -> None:
+        """How far the light is: at infinity."""
+
+    @property
+    def across(self) -> np.ndarray:
+        """`(2, 3)`: unit vectors across the light."""
+        return self.view.axes[:2]
+
+
+@dataclass(frozen=True)
+class Bulb:
+    """A lamp that is a point. at `(3,)`; towards_point `(3,)` : where its cone points; half_deg : of the cone, at whose
+    rim the light fades; colour, blur_deg : as a lamp's, at the cone's middle."""
+
+    at: Sequence[float]
+    towards_point: Sequence[float]
+    half_deg: float
+    colour: Sequence[float] = (1.0, 0.92, 0.78)
+    blur_deg: float = 0.15
+
+    def light(self, points: np.ndarray) -> np.ndarray:
+        """What of the cone's light reaches points `(P, 3)` if nothing is before them, `(P,)` in [0, 1]."""
+        axis = np.asarray(self.towards_point, float) - self.at
+        angle = np.degrees(np.arccos(np.clip(-self.towards(points) @ axis / np.linalg.norm(axis), -1, 1)))
+        return np.clip((self.half_deg - angle) / (0.1 * self.half_deg), 0, 1)
+
+    def towards(self, points: np.ndarray) -> np.ndarray:
+        """`(P, 3)`: unit vectors from points `(P, 3)` to the light."""
+        return (np.asarray(self.at) - points) / self.away(points)[:, None]
+
+    def away(self, points: np.ndarray) -> np.ndarray:
+        """`(P,)`: how far the light is."""
+        return np.linalg.norm(np.asarray(self.at) - points, axis=1)
+
+    @property
+    def across(self) -> np.ndarray:
+        """`(2, 3)`: unit vectors across the cone's axis."""
+        return np.linalg.svd((np.asarray(self.towards_point, float) - self.at)[None])[2][1:]
+
 
 def picture(
     surfaces: Sequence[Surface],
-    lamps: Sequence[Lamp],
+    lamps: Sequence[Lamp | Bulb],
     azimuth_deg: float,
     elevation_deg: float,
     size: int = 1200,
@@ -97,15 +140,18 @@ def picture(
     light = dark + (fill[face] * np.abs(np.einsum("pc,pc->p", normal, along)))[:, None] * np.ones(3)
     draw = np.random.default_rng(0)
     for lamp in lamps:
-        right, up, forward = lamp.view.axes
-        facing = -normal @ forward * (flat @ forward < -1e-6)
+        to_lamp = lamp.towards(at)
+        facing = (normal * to_lamp).sum(1) * ((flat * to_lamp).sum(1) > 1e-6)
         lit = np.flatnonzero(facing > 1e-3)
         facing[lit] *= lamp.light(at[lit])
         lit = lit[facing[lit] > 1e-3]
         turn = np.tan(np.radians(lamp.blur_deg)) * draw.normal(size=(len(lit), 2))
-        towards = -forward + turn[:, :1] * right + turn[:, 1:] * up
+        right, up = lamp.across
+        towards, far = to_lamp[lit] + turn[:, :1] * right + turn[:, 1:] * up, lamp.away(at[lit])
+        if far is not None:  # rays end at the lamp
+            towards = towards * far[:, None]
         rays = np.concatenate([at[lit] + clear * flat[lit], towards], 1).astype(np.float32)
-        free = ~shade.test_occlusions(tensor(rays)).numpy()
+        free = ~shade.test_occlusions(tensor(rays), tfar=np.inf if far is None else 1.0).numpy()
         light[lit] += (facing[lit] * free)[:, None] * np.asarray(lamp.colour)
     shown = np.zeros((len(directions), 3))
     shown[found] = np.where(glow[face][:, None], colours[face], colours[face] * light)

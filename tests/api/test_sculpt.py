@@ -4,7 +4,6 @@ import json
 
 import numpy as np
 import pytest
-import trimesh
 from PIL import Image
 
 import rasp_core as rasp
@@ -66,22 +65,3 @@ def test_pictures_are_painted_and_shown(tmp_path):
 def test_what_cannot_be_shown_is_refused(arguments, says):
     with pytest.raises(InputError, match=says):
         rasp.sculpt(kitchen_like(2), **arguments)
-
-
-def test_a_heap_is_built_shown_and_saved_with_its_run(row, tmp_path):
-    built = row[0].build(printer_mm=(120, 120, 150), thickness_mm=1.5)
-    assert built.standing.stands
-    assert repr(built).startswith("<Built: one closed piece of ")
-    assert built.table()["hidden struts"].endswith(", 1.5 mm thick at least")
-    assert np.asarray(built.show((200, 200))).shape == (200, 200, 3)
-    assert "data:image" in built._repr_html_()
-    folder = built.save(tmp_path / "run")
-    record = json.loads((folder / "result.json").read_text())
-    assert record["build"]["standing"]["stands"]
-    assert record["command"] == "art"
-    for name in ("built.stl", "built.3mf"):
-        mesh = trimesh.load(folder / name, force="mesh")
-        assert mesh.is_watertight
-        assert mesh.body_count == 1
-        assert np.ptp(mesh.bounds, axis=0) == pytest.approx(record["build"]["size_mm"], abs=1e-3)
-        assert (np.ptp(mesh.bounds, axis=0) <= np.array([120, 120, 150]) + 1e-3).all()

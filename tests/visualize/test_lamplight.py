@@ -9,7 +9,7 @@ from rasp_core.geometry.cameras import Camera
 from rasp_core.geometry.silhouette_edges import Views
 from rasp_core.silhouettes import render_at_rest
 from rasp_core.visualize import installations, lamplight, studio
-from rasp_core.visualize.lamplight import Lamp, Surface
+from rasp_core.visualize.lamplight import Bulb, Lamp, Surface
 
 ABOVE = Camera(0, 90, 2.0)
 GREY = (0.8, 0.8, 0.8)
@@ -69,3 +69,26 @@ def test_round_things_are_smooth_and_edges_sharp():
     assert np.allclose(smooth, ball.vertices[ball.faces], atol=0.02)
     sharp = lamplight._corner_normals(cube.vertices, cube.faces)
     assert np.allclose(sharp, cube.face_normals[:, None])
+
+
+def test_a_bulb_throws_a_larger_shadow_the_nearer_it_is():
+    """A block's shadow on the floor, by similar triangles."""
+    areas = []
+    for height in (1.5, 4.0):
+        bulb = Bulb((0, 0, height), (0, 0, -1), 80.0, colour=(3, 3, 3), blur_deg=0.0)
+        lit, shaded = (seen([floor(), *more], [bulb])[..., 0] for more in ([], [block(0.6, glow=False)]))
+        grey = np.ptp(seen([floor(), block(0.6)], [bulb]), axis=2) <= 2
+        areas.append(((lit > 60) & grey & (shaded < 45)).sum())
+    assert areas[0] > 1.3 * areas[1]
+
+
+def test_a_bulb_lights_its_cone_and_what_is_behind_it_casts_nothing():
+    bulb = Bulb((0, 0, 1), (0, 0, -1), 30.0, colour=(1, 1, 1), blur_deg=0.0)
+    points = np.array([(2 * np.tan(np.radians(a)), 0, -1.0) for a in (0, 26, 31)])
+    assert bulb.light(points) == pytest.approx([1, 1, 0])
+    assert bulb.away(points)[0] == 2
+    assert bulb.across @ np.array([0, 0, 1]) == pytest.approx([0, 0])
+    roof = Surface(floor(low=1.5).vertices, floor().faces, GREY, body=False)
+    below = np.array([(x, y, -1.0) for x in (-0.4, 0.4) for y in (-0.4, 0.4)])
+    open_, roofed = (lamplight.picture([floor(), *more], [bulb], 0, 10, 40, frame=below) for more in ([], [roof]))
+    assert abs(open_.astype(int) - roofed).max() <= 2
