@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +12,7 @@ import numpy as np
 
 from ..art import anamorphic, texturing
 from ..art.building import PRINTER_MM, THICKNESS_MM
+from ..art.fitting import Bounds, Fitted, fit
 from ..art.room import Room
 from ..art.sculpture import Sculpture
 from ..art.targets import from_files, from_text
@@ -33,12 +34,13 @@ if TYPE_CHECKING:
 @dataclass(frozen=True, repr=False)
 class SculptureResult(Result):
     """One heap. art : its pictures, their visual hull, how the search went. painted : its colours, in_room : its lamps
-    and shadows, None if it has none."""
+    and shadows, fitted : how its pictures gave way, None if they did not."""
 
     art: Sculpture
     device: str
     painted: texturing.Painted | None = None
     in_room: InRoom | None = None
+    fitted: Fitted | None = None
 
     @property
     def warnings(self) -> list[str]:
@@ -77,6 +79,8 @@ class SculptureResult(Result):
             facts |= {"psnr": self.painted.psnr.tolist(), "ssim": self.painted.ssim.tolist()}
         if self.in_room is not None:
             facts["room"] = self.in_room.to_dict()
+        if self.fitted is not None:
+            facts["fitted"] = self.fitted.to_dict()
         return facts
 
     def show(self, size: tuple[int, int] = (800, 700), **look) -> Image:
@@ -190,6 +194,7 @@ def sculpt(
     elevations_deg: Sequence[float] | None = None,
     projection: str = "orthographic",
     room: str | Path | Room | None = None,
+    fit_targets: Sequence[float] | None = None,
     width: float | None = None,
     count: int | None = None,
     resolution: int = 512,
@@ -206,7 +211,8 @@ def sculpt(
     length instead, one for each view; words of several letters make a `SculptureRow`, a heap for each place in them.
     azimuths_deg, elevations_deg : of the views; 0 and 90, or 0, 120, 240, or 0, 45, 90, 135, level, if None.
     room : instead of directions, a file of `art.room_file`, or a room: a lamp for each picture, and where its shadow
-    falls; the result's `in_room` says what is to be seen there.
+    falls; the result's `in_room` says what is to be seen there. fit_targets : by how much pictures may be shifted, of
+    their edge, scaled, by one more or less, and turned, degrees, so that they agree better, such as (0.1, 0.15, 8).
     width : of the pictures in metres, chosen if None. count : objects, at most. resolution : pixels along a picture.
     time_limit : seconds after which no other width is tried. paint : the pictures' colours onto the heap.
     each : called with each heap as soon as it is made.
@@ -234,12 +240,18 @@ def sculpt(
         wanted = [from_files(targets, resolution)]
     else:
         wanted = from_text(text, resolution, square=room is not None or any(camera.elevation_deg for camera in cameras))
+    bounds = None if fit_targets is None else Bounds(*fit_targets)
     pool, chosen, heaps = as_bodies(parts), resolve_device(device), []
     for target in wanted:
         began = time.monotonic()
+        seen = np.asarray if room is None else room.corrected
+        fitted = None if bounds is None else fit(target.pictures, cameras, bounds, seen)
+        if fitted is not None:
+            colours = None if target.colours is None else fitted.apply(target.colours)
+            target = replace(target, pictures=fitted.apply(target.pictures), colours=colours)
         made = anamorphic.sculpt(
             pool,
-            target.pictures if room is None else room.corrected(target.pictures),
+            seen(target.pictures),
             cameras,
             colours=target.colours if paint else None,
             count=count,
@@ -252,7 +264,9 @@ def sculpt(
         painted = texturing.paint(made, target.colours) if paint else None
         seconds = time.monotonic() - began
         placed = None if room is None else InRoom(room, made, target.pictures)
-        heaps.append(SculptureResult(made.arrangement, made.certificate, seconds, made, str(chosen), painted, placed))
+        heaps.append(
+            SculptureResult(made.arrangement, made.certificate, seconds, made, str(chosen), painted, placed, fitted)
+        )
         if each is not None:
             each(heaps[-1])
     return heaps[0] if len(heaps) == 1 else SculptureRow(heaps)

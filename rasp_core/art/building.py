@@ -33,7 +33,9 @@ MARGIN_PX = 1.0  # that struts keep to what is seen
 LATTICE = 110  # steps along the longest edge of the space that is searched for struts
 ANCHORS = 300  # points of a solid, where struts may end
 THIN_SHARE = 0.01  # of the objects' surface, behind which thin walls are worth a word
-SMOOTHED_MM = 1e-3, 4e-3, 1.6e-2  # how far a surface may stray, until a file of short numbers is closed too
+SPECK = 1e-6  # of a solid's volume: parts that are smaller are left out
+SMOOTHED_MM = 1e-3  # how far the surface may stray
+APART_MM = 2e-3  # between vertices that would be one
 
 
 @dataclass(frozen=True)
@@ -207,7 +209,7 @@ def _solids(bodies: Sequence[Body], matrices: np.ndarray) -> tuple[list[str], li
         (body.name, part)
         for body, matrix in zip(bodies, matrices, strict=True)
         for part in placed_solid(body, matrix).decompose()
-        if part.volume() > 0
+        if part.volume() > SPECK * body.volume
     ]
     return [name for name, _ in found], [part for _, part in found]
 
@@ -241,15 +243,25 @@ def _base_anchors(low: np.ndarray, high: np.ndarray, z: float, radius: float, sp
 
 def _printable(whole: manifold3d.Manifold) -> tuple[np.ndarray, np.ndarray]:
     """Vertices and faces of a solid without its cavities. Raises InputError if it is not in one piece."""
-    for stray in SMOOTHED_MM:
-        pieces = [piece for piece in whole.simplify(stray).decompose() if piece.volume() > 0]
-        mesh = max(pieces, key=lambda piece: piece.volume()).to_mesh64()
-        vertices = np.array(mesh.vert_properties, np.float32)[:, :3].astype(np.float64)  # as an STL keeps them
-        faces = np.array(mesh.tri_verts, np.int64)
-        read = trimesh.Trimesh(vertices, faces)  # merges equal vertices, as readers of STL do
-        if len(pieces) == 1 and read.is_watertight and read.body_count == 1 and read.is_winding_consistent:
-            return np.asarray(read.vertices), np.asarray(read.faces)
-    raise InputError(f"the heap does not become one closed piece ({len(pieces)} pieces); try another --seed")
+    pieces = [piece for piece in whole.simplify(SMOOTHED_MM).decompose() if piece.volume() > SPECK * whole.volume()]
+    mesh = max(pieces, key=lambda piece: piece.volume()).to_mesh64()
+    vertices = _apart(np.array(mesh.vert_properties, np.float32)[:, :3])  # as an STL keeps them
+    read = trimesh.Trimesh(vertices, np.array(mesh.tri_verts, np.int64))  # merges equal ones, as readers of STL do
+    if len(pieces) > 1 or not read.is_watertight or read.body_count != 1 or not read.is_winding_consistent:
+        raise InputError(f"the heap does not become one closed piece ({len(pieces)} pieces); try another seed")
+    return np.asarray(read.vertices), np.asarray(read.faces)
+
+
+def _apart(vertices: np.ndarray) -> np.ndarray:
+    """Vertices `(V, 3)` float32, as float64, with those that are equal moved apart by less than anyone can print: where
+    surfaces touch, they would be read as one vertex, about which the surface is no longer closed."""
+    vertices, random = vertices.copy(), np.random.default_rng(0)
+    while True:
+        first = np.unique(vertices, axis=0, return_index=True)[1]
+        again = np.setdiff1d(np.arange(len(vertices)), first)
+        if not len(again):
+            return vertices.astype(np.float64)
+        vertices[again] += random.uniform(-APART_MM, APART_MM, (len(again), 3)).astype(np.float32)
 
 
 def _seen(built: Built, hiding: Hiding, top: float) -> np.ndarray:

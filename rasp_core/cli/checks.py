@@ -53,8 +53,23 @@ def build_of(options: argparse.Namespace) -> dict | None:
     if asked and not options.build:
         raise InputError("--printer and --thickness are of a piece to build; add --build")
     if "printer_mm" in asked:
-        try:
-            asked["printer_mm"] = tuple(float(edge) for edge in options.printer.split(","))
-        except ValueError:
-            raise InputError(f"--printer must be three lengths in mm, as 200,200,200, got {options.printer}") from None
+        asked["printer_mm"] = three(options.printer, "--printer must be three lengths in mm, as 200,200,200")
     return asked if options.build else None
+
+
+def fit_of(options: argparse.Namespace) -> tuple[float, ...] | None:
+    """By how much pictures may give way, None where they may not."""
+    if options.fit_targets is None:
+        return None
+    return three(options.fit_targets, "--fit-targets must be a shift, a scale and degrees, as 0.1,0.15,8")
+
+
+def three(text: str, expected: str) -> tuple[float, ...]:
+    """Three numbers between commas; `expected` says what they are."""
+    try:
+        numbers = tuple(float(word) for word in text.split(","))
+    except ValueError:
+        numbers = ()
+    if len(numbers) != 3:
+        raise InputError(f"{expected}, got {text}")
+    return numbers

@@ -13,7 +13,7 @@ from pathlib import Path
 from ..io.atomic_files import whole
 from ..util.errors import InputError
 from ..util.loading import loading
-from .checks import CLEARANCES, build_of, check_clearances, check_time, check_together, count_of
+from .checks import CLEARANCES, build_of, check_clearances, check_time, check_together, count_of, fit_of
 
 WEIGHTS = ("weighting", "shadow", "lambda_", "epsilon")  # options that are fields of `problem.Settings`
 SETTINGS = (*WEIGHTS, "viewing_volume", "iterations", "resolution")
@@ -128,7 +128,7 @@ def art(options: argparse.Namespace) -> int:
         from ..geometry.loading import load_bodies
 
     check_time(options)
-    folder, building, fallen = check_writable(options.out), build_of(options), []
+    folder, building, fitting, fallen = check_writable(options.out), build_of(options), fit_of(options), []
     check_printer(**building or {})
     several = options.text is not None and len(options.text[0]) > 1
     places = (folder / f"{number}" for number in itertools.count(1)) if several else iter([folder])
@@ -136,7 +136,11 @@ def art(options: argparse.Namespace) -> int:
     def keep(heap) -> None:
         place, built = next(places), None if building is None else heap.build(**building)
         (built or heap).save(place, pictures=options.pictures)
-        lines = [*(built or heap).warnings, *heap.certificate.lines()[:20]]
+        lines = [
+            *(heap.fitted.lines() if heap.fitted else ()),
+            *(built or heap).warnings,
+            *heap.certificate.lines()[:20],
+        ]
         if heap.painted is not None:
             lines.append(f"painted, {heap.paint_fit()}")
         for line in lines:
@@ -156,6 +160,7 @@ def art(options: argparse.Namespace) -> int:
         elevations_deg=options.elevations_deg,
         projection=options.projection,
         room=options.room,
+        fit_targets=fitting,
         **_given(options, "width"),
         count=options.count,
         resolution=options.resolution,

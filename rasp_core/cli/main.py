@@ -158,6 +158,13 @@ def _parser() -> _Parser:
     art.add_argument(
         "--room", type=Path, metavar="JSON", help="where lamps, walls and floor are, instead of directions"
     )
+    art.add_argument(
+        "--fit-targets",
+        nargs="?",
+        const="0.1,0.15,8",
+        metavar="SHIFT,SCALE,DEG",
+        help="how much pictures may give way to agree: of their edge, by one more or less, degrees (0.1,0.15,8)",
+    )
     art.add_argument("--width", type=float, help="of the pictures (default: chosen)")
     art.add_argument("--count", type=int, help="objects, at most (default: as many as are needed)")
     art.add_argument("--resolution", type=_pixels, default=512, help="pixels along a picture (default: 512)")

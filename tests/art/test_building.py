@@ -8,7 +8,7 @@ from manifold3d import JoinType, Manifold
 from oracles import cast_mask, iou
 
 from rasp_core.art import building
-from rasp_core.art.building import _printable, build, check_printer
+from rasp_core.art.building import _apart, _printable, build, check_printer
 from rasp_core.art.ceiling import hull_silhouettes
 from rasp_core.art.sculpture import Sculpture
 from rasp_core.exact.certificate import certify
@@ -140,6 +140,19 @@ def test_what_no_hidden_strut_joins_is_named_in_one_line():
     pictures[:, 60:68] = False  # light between two dark squares
     with pytest.raises(InputError, match=r"^struts impossible: none of 2 mm that no view sees reaches cube#2; ask for"):
         build(heap([(0, 0, -0.14), (0, 0, 0.14)], pictures))
+
+
+def test_what_touches_along_an_edge_is_closed_when_it_is_read():
+    cubes = Manifold.cube([1, 1, 1]) + Manifold.cube([1, 1, 1]).translate([1, 1, 0])
+    bridge = Manifold.cube([2, 2, 0.2]).translate([0, 0, 0.9])  # so that they are one piece
+    vertices, faces = _printable(cubes + bridge)
+    mesh = trimesh.Trimesh(vertices.astype(np.float32), faces)
+    assert mesh.is_watertight
+    assert mesh.body_count == 1
+    assert mesh.volume == pytest.approx((cubes + bridge).volume(), rel=1e-2)
+    same = _apart(np.zeros((5, 3), np.float32))
+    assert len(np.unique(same, axis=0)) == 5
+    assert np.abs(same).max() < 0.01
 
 
 def test_two_pieces_are_no_piece():

@@ -4,7 +4,7 @@ from argparse import Namespace
 
 import pytest
 
-from rasp_core.cli.checks import build_of, check_clearances, check_time, check_together, count_of
+from rasp_core.cli.checks import build_of, check_clearances, check_time, check_together, count_of, fit_of
 from rasp_core.util.errors import InputError
 
 
@@ -51,3 +51,11 @@ def test_what_is_built_has_a_printer_of_three_lengths():
         build_of(Namespace(build=True, printer="large", thickness=None))
     with pytest.raises(InputError, match="add --build"):
         build_of(Namespace(**nothing | {"thickness": 2.0}))
+
+
+def test_pictures_give_way_by_three_numbers():
+    assert fit_of(Namespace(fit_targets=None)) is None
+    assert fit_of(Namespace(fit_targets="0.05,0.1,5")) == (0.05, 0.1, 5)
+    for wrong in ("0.1,0.2", "much"):
+        with pytest.raises(InputError, match=f"--fit-targets must be a shift, a scale and degrees, .*, got {wrong}"):
+            fit_of(Namespace(fit_targets=wrong))
