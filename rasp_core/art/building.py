@@ -1,8 +1,8 @@
 """Sculptures that can be built: a heap's objects, struts and a base as one closed solid, as large as a printer allows.
 
 The solid is in millimetres, z up, its base on z = 0. What the views see of it is measured anew, with struts and base. A
-picture ends at its lowest dark row, and the base is below; where a view looks from high above, its shadow falls on the
-base, which is its wall then and no part of it.
+picture ends at its lowest dark row, or a little higher where no strut fits, and the base is below; where a view looks
+from high above, its shadow falls on the base, which is its wall then and no part of it.
 """
 
 from __future__ import annotations
@@ -17,10 +17,9 @@ import trimesh
 from ..exact.placing import placed_solid
 from ..geometry.meshes import Body, make_body
 from ..geometry.silhouette_edges import Views
-from ..geometry.surface_points import surface_points
 from ..silhouettes import likeness, render_at_rest
-from ..util import o3d
 from ..util.errors import InputError
+from .anchors import base_points, inner_points
 from .hiding import Hiding, steep
 from .sculpture import Sculpture
 from .struts import Strut, find_struts
@@ -30,8 +29,8 @@ THICKNESS_MM = 2.0
 BASE_THICKNESSES = 2.0  # of a base, in those of a strut
 GAP_THICKNESSES = 0.05  # between the pictures' ends and the base
 MARGIN_PX = 1.0  # that struts keep to what is seen
+LIFTS = 0.0, 0.01, 0.02, 0.03, 0.05  # of a picture, by which the base is higher than its end, until a strut reaches it
 LATTICE = 110  # steps along the longest edge of the space that is searched for struts
-ANCHORS = 300  # points of a solid, where struts may end
 THIN_SHARE = 0.01  # of the objects' surface, behind which thin walls are worth a word
 SPECK = 1e-6  # of a solid's volume: parts that are smaller are left out
 SMOOTHED_MM = 1e-3  # how far the surface may stray
@@ -126,60 +125,78 @@ def build(
     would stand before a view, and where no hidden strut joins some of the objects; it names them.
     """
     printer = check_printer(printer_mm, thickness_mm)
-    cameras = sculpture.cameras
-    hiding = Hiding.of(sculpture.hull, sculpture.images > 0.5, cameras)
     names, solids = _solids(sculpture.bodies, sculpture.matrices)
-    boxes = np.array([solid.bounding_box() for solid in solids])
-    low, high = boxes[:, :3].min(0), boxes[:, 3:].max(0)
-    top, thick = hiding.base_top(low, high), BASE_THICKNESSES * thickness_mm
-    gap = GAP_THICKNESSES * thickness_mm
-    room = printer - [0, 0, thick + gap]
-    edges = np.array([*(high - low)[:2], high[2] - top])
-    largest = float((room / edges).min())
-    scale = largest if scale is None else scale
-    if scale > largest * (1 + 1e-9):
-        need = scale * edges + printer - room
-        raise InputError(
-            f"the piece is {' x '.join(f'{edge:.0f}' for edge in need)} mm and the printer's volume "
-            f"{' x '.join(f'{edge:g}' for edge in printer)}; make the shadows smaller, or give a larger printer"
-        )
-    # from here on the base is a solid of the heap, in metres
-    top, thick = top - gap / scale, thick / scale
-    base = manifold3d.Manifold.cube([*(high - low)[:2], thick]).translate([*low[:2], top - thick])
-    radius = thickness_mm / 2 / scale
-    anchors, depth = _anchors(solids, radius)
-    spacing = float(np.max(high - [*low[:2], top])) / LATTICE
-    anchors.append(_base_anchors(low, high, top - thick / 2, radius, spacing))
-    struts, alone = find_struts(
-        anchors,
-        hiding.clearance,
-        radius,
-        MARGIN_PX * cameras[0].width / hiding.dark.shape[-1],
-        spacing,
-        np.array([*low[:2], top - thick / 2]),
-        high,
-    )
-    if alone:
-        _refuse([*names, "the base"], alone, thickness_mm)
-    shift = -scale * np.array([*(low + high)[:2] / 2, top - thick])
-    whole = manifold3d.Manifold.batch_boolean(
-        [*solids, base, *(strut.solid() for strut in struts)], manifold3d.OpType.Add
-    ).trim_by_plane((0, 0, 1), top - thick)
-    vertices, faces = _printable(whole.scale([scale] * 3).translate(shift))
+    for lift in LIFTS:
+        rows = round(lift * sculpture.hull.shape[-1])
+        hiding = Hiding.of(sculpture.hull, sculpture.images > 0.5, sculpture.cameras, rows)
+        plan = _Plan(solids, hiding, printer, thickness_mm, scale)
+        if plan.alone != [len(solids)]:
+            break  # a higher base helps only what stands on nothing
+    if plan.alone:
+        _refuse([*names, "the base"], plan.alone, thickness_mm)
+    vertices, faces = _printable(plan.whole(solids).scale([plan.scale] * 3).translate(plan.shift))
     built = Built(
         sculpture=sculpture,
         vertices=vertices,
         faces=faces,
-        scale=scale,
-        shift=shift,
-        struts=struts,
-        base_mm=scale * np.array([*(high - low)[:2], thick]),
+        scale=plan.scale,
+        shift=plan.shift,
+        struts=plan.struts,
+        base_mm=plan.scale * plan.base_size,
         names=[*names, "base"],
         images=np.zeros_like(hiding.dark),
         thickness_mm=thickness_mm,
-        thin=float((depth < 2 * radius).mean()),
+        thin=float((plan.depth < 2 * plan.radius).mean()),
     )
-    return replace(built, images=_seen(built, hiding, top))
+    return replace(built, images=_seen(built, hiding, plan.top))
+
+
+class _Plan:
+    """Where the base is, and the struts, in the heap's metres; `alone`: the numbers of what no strut reaches, the
+    base's being the one after the solids'."""
+
+    def __init__(self, solids, hiding: Hiding, printer: np.ndarray, thickness_mm: float, scale: float | None):
+        boxes = np.array([solid.bounding_box() for solid in solids])
+        low, high = boxes[:, :3].min(0), boxes[:, 3:].max(0)
+        top, gap = hiding.base_top(low, high), GAP_THICKNESSES * thickness_mm
+        room = printer - [0, 0, BASE_THICKNESSES * thickness_mm + gap]
+        edges = np.array([*(high - low)[:2], high[2] - top])
+        largest = float((room / edges).min())
+        self.scale = scale = largest if scale is None else scale
+        if scale > largest * (1 + 1e-9):
+            need = scale * edges + printer - room
+            raise InputError(
+                f"the piece is {' x '.join(f'{edge:.0f}' for edge in need)} mm and the printer's volume "
+                f"{' x '.join(f'{edge:g}' for edge in printer)}; make the shadows smaller, or give a larger printer"
+            )
+        self.top, thick = top - gap / scale, BASE_THICKNESSES * thickness_mm / scale
+        self.bottom, self.radius = self.top - thick, thickness_mm / 2 / scale
+        self.base_size = np.array([*(high - low)[:2], thick])
+        self.base = manifold3d.Manifold.cube(self.base_size).translate([*low[:2], self.bottom])
+        self.shift = -scale * np.array([*(low + high)[:2] / 2, self.bottom])
+        spacing = float(np.max(high - [*low[:2], self.top])) / LATTICE
+        middle = self.top - thick / 2
+        anchors, self.depth = inner_points(solids, self.radius)
+        least = np.pi * self.radius**2 * thick / 2  # of a solid in the base: as much as a strut would have there
+        self.struts, self.alone = find_struts(
+            [*anchors, base_points(low, high, middle, self.radius, spacing)],
+            hiding.clearance,
+            self.radius,
+            MARGIN_PX * hiding.cameras[0].width / hiding.dark.shape[-1],
+            spacing,
+            np.array([*low[:2], middle]),
+            high,
+            joined=[
+                (k, len(solids))
+                for k in np.flatnonzero(boxes[:, 2] < middle)
+                if (solids[k] ^ self.base).volume() > least
+            ],
+        )
+
+    def whole(self, solids: Sequence[manifold3d.Manifold]) -> manifold3d.Manifold:
+        """All in one, flat below."""
+        parts = [*solids, self.base, *(strut.solid() for strut in self.struts)]
+        return manifold3d.Manifold.batch_boolean(parts, manifold3d.OpType.Add).trim_by_plane((0, 0, 1), self.bottom)
 
 
 def check_printer(printer_mm: Sequence[float] = PRINTER_MM, thickness_mm: float = THICKNESS_MM) -> np.ndarray:
@@ -212,33 +229,6 @@ def _solids(bodies: Sequence[Body], matrices: np.ndarray) -> tuple[list[str], li
         if part.volume() > SPECK * body.volume
     ]
     return [name for name, _ in found], [part for _, part in found]
-
-
-def _anchors(solids: Sequence[manifold3d.Manifold], radius: float) -> tuple[list[np.ndarray], np.ndarray]:
-    """For each solid points `(A, 3)` in it, as deep as a strut's radius or in the middle of thinner walls; and for all
-    of them in a row how thick the walls are."""
-    surfaces, starts, inward = [], [], []
-    for solid in solids:
-        mesh = solid.to_mesh64()
-        vertices, faces = np.array(mesh.vert_properties)[:, :3], np.array(mesh.tri_verts, np.int64)
-        points, normals = surface_points(vertices, faces, ANCHORS)
-        surfaces.append((vertices, faces))
-        starts.append(points)
-        inward.append(-normals)
-    points, inward = np.concatenate(starts), np.concatenate(inward)
-    size = float(np.ptp(points, axis=0).max())
-    skin = 1e-5 * size
-    rays = np.concatenate([points + skin * inward, inward], 1).astype(np.float32)
-    depth = skin + o3d.caster(surfaces).cast_rays(o3d.load().core.Tensor(rays))["t_hit"].numpy().astype(float)
-    inner = points + np.minimum(depth / 2, radius)[:, None] * inward
-    return np.split(inner, np.cumsum([len(x) for x in starts])[:-1]), depth
-
-
-def _base_anchors(low: np.ndarray, high: np.ndarray, z: float, radius: float, spacing: float) -> np.ndarray:
-    """Points `(A, 3)` in the middle of a base, a strut's largest radius from its rim."""
-    axes = [np.arange(low[k] + 2 * radius, high[k] - 2 * radius, spacing) for k in (0, 1)]
-    flat = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 2)
-    return np.column_stack([flat, np.full(len(flat), z)])
 
 
 def _printable(whole: manifold3d.Manifold) -> tuple[np.ndarray, np.ndarray]:

@@ -31,8 +31,9 @@ class Hiding:
     bottom: np.ndarray
 
     @classmethod
-    def of(cls, allowed: np.ndarray, there: np.ndarray, cameras: Sequence[Camera]) -> Hiding:
+    def of(cls, allowed: np.ndarray, there: np.ndarray, cameras: Sequence[Camera], lift: int = 0) -> Hiding:
         """allowed, there `(K, H, H)` bool: the silhouettes that pictures allow, and those of what is to be joined.
+        lift : by how many rows the pictures end higher.
 
         Raises InputError for a view from below, before which a base would stand.
         """
@@ -40,7 +41,7 @@ class Hiding:
             if camera.elevation_deg < -STEEP_DEG:
                 raise InputError(f"a base would stand before the view {camera.direction}; look from above instead")
         size = allowed.shape[-1]
-        last = [size - int(np.argmax(picture.any(1)[::-1])) for picture in allowed]
+        last = [size - lift - int(np.argmax(picture.any(1)[::-1])) for picture in allowed]
         bottom = np.array([size if steep(c) else row for c, row in zip(cameras, last, strict=True)])
         return cls(cameras, allowed | there, bottom)
 

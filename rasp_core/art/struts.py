@@ -57,16 +57,19 @@ def find_struts(
     spacing: float,
     low: np.ndarray,
     high: np.ndarray,
+    joined: Sequence[tuple[int, int]] = (),
 ) -> tuple[list[Strut], list[int]]:
     """Struts that join N solids, and the solids that none reaches, those of the largest joined group not among them.
 
     anchors : for each solid points `(A, 3)` in it, at which struts may end. clearance : of points `(P, 3)`, how large a
     hidden ball there is, metres. radius : least, of a strut; margin : kept to what is seen. spacing : of the lattice,
-    in the box from `low` to `high` `(3,)`.
+    in the box from `low` to `high` `(3,)`. joined : pairs of solids that are one without a strut.
     """
     need = SPARE * radius + margin
     lattice = _Lattice(anchors, clearance, need, spacing, low, high)
     groups, struts = DisjointSet(range(len(anchors))), []
+    for first, second in joined:
+        groups.merge(int(first), int(second))
     short = SHORT * radius
     for first, second, path in lattice.paths():
         apart = not groups.connected(first, second)

@@ -135,6 +135,19 @@ def test_a_shadow_from_above_falls_on_the_base():
     assert (made.of_ceiling >= likeness(made.sculpture.images > 0.5, made.sculpture.hull)).all()
 
 
+def test_where_a_picture_ends_in_a_tip_the_base_is_higher():
+    pictures = column()
+    for row in range(88, 96):  # a wedge, down to a pixel's width
+        narrow = (row - 87) * 2
+        pictures[:, row, :] = False
+        pictures[:, row, 48 + narrow : 80 - narrow] = True
+    pictures[:, 96:99, 64] = True  # too thin for a strut
+    made = build(heap([(0, 0, -0.11), (0, 0, 0.11)], pictures), thickness_mm=3)
+    assert trimesh.Trimesh(made.vertices, made.faces).body_count == 1
+    last = [np.flatnonzero(image.any(1))[-1] for image in made.images]
+    assert all(90 <= row < 98 for row in last)
+
+
 def test_what_no_hidden_strut_joins_is_named_in_one_line():
     pictures = column()
     pictures[:, 60:68] = False  # light between two dark squares

@@ -67,3 +67,10 @@ def test_a_rod_holds_every_point_within_its_radius():
     for point in ring:
         speck = manifold3d.Manifold.cube([1e-4] * 3, True).translate(0.9999 * point - [0, 0, 0])
         assert (speck - rod).volume() < 1e-3 * speck.volume()
+
+
+def test_what_is_joined_already_needs_no_strut():
+    places = [np.array([[x, 0.0, 0.0]]) for x in (-0.8, 0.0, 0.8)]
+    struts, alone = find_struts(places, everywhere, **LOOK, joined=[(0, 1)])
+    assert [(s.first, s.second) for s in struts] == [(1, 2)]
+    assert alone == []
