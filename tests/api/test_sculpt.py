@@ -65,3 +65,14 @@ def test_pictures_are_painted_and_shown(tmp_path):
 def test_what_cannot_be_shown_is_refused(arguments, says):
     with pytest.raises(InputError, match=says):
         rasp.sculpt(kitchen_like(2), **arguments)
+
+
+def test_pictures_give_way_where_asked(tmp_path):
+    for name, low in (("a", 0), ("b", 6)):
+        pixels = np.full((64, 64), 255, np.uint8)
+        pixels[14 + low : 46 + low, 20:44] = 0
+        Image.fromarray(pixels).save(tmp_path / f"{name}.png")
+    heap = rasp.sculpt(kitchen_like(2), [tmp_path / "a.png", tmp_path / "b.png"], fit_targets=(0.1, 0, 0), **QUICK)
+    assert heap.fitted.after.min() > heap.fitted.before.min() + 0.05
+    assert heap.art.ceiling == pytest.approx(heap.fitted.after)
+    assert heap.record()["fitted"]["ceiling"] == heap.fitted.after.tolist()
