@@ -1,0 +1,222 @@
+"""Poses of a piece beside others, by their creases: the border of a fracture is there on both sides of it.
+
+One crease point of the piece laid on one of the others, broken face against broken face and the unbroken ones in one
+sheet, is a whole pose. All such poses are tried; the best by how much of both creases then coincides are drawn in, by
+the closed form of the best rigid motion, and judged anew, less what the piece then has within the others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from scipy.spatial.transform import Rotation
+
+from ..geometry import containers, sdf
+from ..geometry.meshes import Body
+from ..geometry.surface_points import surface_points
+from ..kernels.creases import Creases
+from . import creases as finding
+from .scored_poses import ScoredPose, best_first, distinct, stack, unstack
+
+
+@dataclass(frozen=True)
+class Round:
+    """Of a search: poses with the best scores that are kept, and drawn in by `steps`; reach, in spacings of points, and
+    the least cosine between normals, of crease points that match."""
+
+    kept: int
+    steps: int
+    reach: float
+    cosine: float
+
+
+@dataclass(frozen=True)
+class MatchingSettings:
+    """points : spread over all pieces; their spacing is the unit of length. rounds : of the search, the first one with
+    all poses. bend_rad : how far the bends of two creases may be from filling half a turn. tried : crease points of
+    each side from which poses are made, at most. deep_spacings : from where a point of the piece is inside another;
+    penalty : of such a point, in crease points. returned, apart : how many poses, and how different they are.
+    press : from where, and under which cosine of normals, surfaces are drawn to each other; damping and the largest turn
+    of a step keep that from running away."""
+
+    points: int = 16_000
+    rounds: tuple[Round, ...] = (Round(1500, 3, 4.0, 0.7), Round(200, 5, 3.0, 0.75), Round(40, 8, 2.0, 0.8))
+    bend_rad: float = 0.45
+    tried: int = 250
+    deep_spacings: float = 1.0
+    penalty: float = 0.1
+    returned: int = 10
+    apart_rad: float = 0.1
+    apart_spacings: float = 4.0
+    grid_cells: int = 64
+    press_spacings: float = 1.0
+    press_cosine: float = 0.6
+    damping: float = 1e-4
+    largest_turn_rad: float = 0.15
+
+
+SETTINGS = MatchingSettings()
+
+
+class Piece:
+    """A body with points spread over its surface, their normals, its creases and its signed distance grid; all about
+    the body's centre."""
+
+    def __init__(self, body: Body, spacing: float):
+        self.body, self.spacing = body, spacing
+        count = max(int(body.manifold.surface_area() / spacing**2), 50)
+        self.points, self.normals = surface_points(body.solid_vertices, body.solid_faces, count)
+        self.creases = finding.find_creases(self.points, self.normals, spacing)
+        self.grid = sdf.bake_cached(body, SETTINGS.grid_cells)
+        self.target = Target([self], [ScoredPose(np.eye(3), np.zeros(3))])
+
+
+class Target:
+    """Placed pieces, whose creases and solids a further piece meets."""
+
+    def __init__(self, pieces: Sequence[Piece], poses: Sequence[ScoredPose]):
+        reach = SETTINGS.rounds[0].reach * pieces[0].spacing
+        self.creases = finding.joined(
+            [finding.moved(p.creases, q.rotation, q.translation) for p, q in zip(pieces, poses, strict=True)]
+        )
+        self.lookup = finding.lookup(self.creases, reach, pieces[0].spacing)
+        rotation, translation = stack(poses)
+        self.solids = {
+            "grids": sdf.GridStack([piece.grid for piece in pieces]).arrays,
+            "half_extents": np.array([piece.body.half_extents for piece in pieces]).reshape(-1, 3),
+            "radius": np.array([piece.body.radius for piece in pieces]),
+            "rotation": rotation,
+            "translation": translation,
+        }
+
+
+def spacing_of(bodies: Sequence[Body]) -> float:
+    """Metres between points of which `SETTINGS.points` are spread over all bodies."""
+    return float(np.sqrt(sum(body.manifold.surface_area() for body in bodies) / SETTINGS.points))
+
+
+def find_poses(piece: Piece, target: Target, random: np.random.Generator) -> list[ScoredPose]:
+    """Poses of a piece beside placed ones, the best first, no two the same. A score is the number of crease points that
+    coincide, less a penalty for what lies within others."""
+    rotation, translation = _single_point_poses(piece.creases, target.creases, random)
+    for k, step in enumerate(SETTINGS.rounds):
+        scores = matched(piece, target, rotation, translation, step)
+        best = np.argsort(-scores, kind="stable")[: step.kept]
+        rotation, translation = rotation[best], translation[best]
+        if k:
+            apart = SETTINGS.apart_spacings * piece.spacing / 2
+            poses = distinct(unstack(rotation, translation, scores[best]), step.kept, SETTINGS.apart_rad / 2, apart)
+            rotation, translation = stack(poses)
+        for _ in range(step.steps):
+            rotation, translation = drawn_in(piece, target, rotation, translation, step)
+    poses = best_first(scored(piece, target, unstack(rotation, translation, np.zeros(len(rotation)))))
+    apart = SETTINGS.apart_spacings * piece.spacing
+    return distinct([p for p in poses if p.score > 0], SETTINGS.returned, SETTINGS.apart_rad, apart)
+
+
+def matched(piece: Piece, target: Target, rotation, translation, step: Round = SETTINGS.rounds[-1]) -> np.ndarray:
+    """`(B,)`: crease points of the piece that lie on the target's, the nearer the more."""
+    from ..kernels import creases
+
+    reach = step.reach * piece.spacing
+    return creases.matched(
+        target.creases, target.lookup, piece.creases, rotation, translation, reach=reach, cosine=step.cosine
+    )
+
+
+def drawn_in(piece: Piece, target: Target, rotation, translation, step: Round = SETTINGS.rounds[-1]):
+    """Each pose after the rigid motion that brings matched crease points and their normals together (Kabsch)."""
+    from ..kernels import creases
+
+    reach = step.reach * piece.spacing
+    weight, rest, own, places, normals = creases.moments(
+        target.creases, target.lookup, piece.creases, rotation, translation, reach=reach, cosine=step.cosine
+    )
+    some = np.maximum(weight, 1e-9)[:, None]
+    spread = places - rest[:, :, None] * own[:, None, :] / some[:, :, None]
+    u, _, v = np.linalg.svd(spread + normals * (reach**2))
+    sign = np.ones((len(weight), 3))
+    sign[:, 2] = np.sign(np.linalg.det(u @ v))
+    turned = (u * sign[:, None, :]) @ v
+    shifted = rest / some - np.einsum("bij,bj->bi", turned, own / some)
+    few = weight < 2
+    return np.where(few[:, None, None], rotation, turned), np.where(few[:, None], translation, shifted)
+
+
+def pressed(piece: Piece, target: Target, rotation, translation, steps: int):
+    """Each pose after steps of least squares, point to plane, of the piece's surface on the target's."""
+    from ..kernels.point_to_plane import Contact, normal_equations
+
+    damping = np.diag([SETTINGS.damping * piece.body.radius**2] * 3 + [SETTINGS.damping] * 3)
+    contact = Contact(distance=SETTINGS.press_spacings * piece.spacing, cosine=SETTINGS.press_cosine)
+    for _ in range(steps):
+        square, slope, rows = normal_equations(
+            **_meeting(piece, target), rotation=rotation, translation=translation, contact=contact
+        )
+        square += damping * (1 + rows)[:, None, None]
+        move = -np.linalg.solve(square, slope[:, :, None])[:, :, 0]
+        angle = np.maximum(np.linalg.norm(move[:, :3], axis=1), 1e-12)
+        move[:, :3] *= np.minimum(1, SETTINGS.largest_turn_rad / angle)[:, None]
+        rotation, translation = Rotation.from_rotvec(move[:, :3]).as_matrix() @ rotation, translation + move[:, 3:]
+    return rotation, translation
+
+
+def scored(piece: Piece, target: Target, poses: Sequence[ScoredPose]) -> list[ScoredPose]:
+    """The same poses with their scores."""
+    if not len(poses):
+        return []
+    rotation, translation = stack(poses)
+    inside = within(piece, target, rotation, translation)
+    return unstack(
+        rotation, translation, matched(piece, target, rotation, translation) - SETTINGS.penalty * inside
+    )
+
+
+def within(piece: Piece, target: Target, rotation, translation) -> np.ndarray:
+    """`(B,)`: how many of the piece's points lie within the target's solids."""
+    from ..kernels.point_to_plane import Contact, coverage
+
+    contact = Contact(distance=SETTINGS.deep_spacings * piece.spacing, cosine=1.0)
+    _, outside = coverage(**_meeting(piece, target), rotation=rotation, translation=translation, contact=contact)
+    return outside * len(piece.points)
+
+
+def _meeting(piece: Piece, target: Target) -> dict:
+    """What the compiled loops are given of a piece and of what it meets."""
+    from ..kernels.point_to_plane import Placed, Surface, Whole
+
+    return {
+        "part": Surface(piece.points, piece.normals),
+        "whole": Whole(_endless(), matched=False),
+        "placed": Placed(**target.solids),
+        "skip": -1,
+    }
+
+
+def _endless() -> tuple:
+    """A wall that nothing meets."""
+    return np.full(3, 1e9), np.zeros(3), sdf.GridStack([], dtype=torch.float32).arrays
+
+
+def _single_point_poses(own: Creases, others: Creases, random: np.random.Generator):
+    """Rotations `(B, 3, 3)` and translations `(B, 3)` that lay one crease point on another."""
+    sides = []
+    for creases in (others, own):
+        chosen = random.permutation(len(creases.points))[: SETTINGS.tried]
+        points, first, second, _ = (array[chosen] for array in creases)
+        sides.append((np.concatenate([points] * 2), np.concatenate([first, second]), np.concatenate([second, first])))
+    (there, broken, whole), (here, own_broken, own_whole) = sides
+    bend = np.arccos(np.clip((broken * whole).sum(1), -1, 1))
+    own_bend = np.arccos(np.clip((own_broken * own_whole).sum(1), -1, 1))
+    i, j = np.nonzero(np.abs(bend[:, None] + own_bend[None] - np.pi) < SETTINGS.bend_rad)
+    rotation = _frames(broken, whole)[i] @ _frames(-own_broken, own_whole)[j].swapaxes(1, 2)
+    return rotation, there[i] - np.einsum("bij,bj->bi", rotation, here[j])
+
+
+def _frames(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """`(B, 3, 3)` orthonormal columns, the first two in the plane of two unit vectors that are not parallel."""
+    apart, middle = finding._unit(one - other), finding._unit(one + other)
+    return np.stack([apart, middle, np.cross(apart, middle)], axis=2)
