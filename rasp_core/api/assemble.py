@@ -11,6 +11,8 @@ import numpy as np
 
 from ..assembly.assemble import assemble as by_mesh
 from ..assembly.assemble import assemble_by_silhouettes
+from ..assembly.holes import Hole
+from ..assembly.pieces_alone import assemble_alone
 from ..geometry import containers
 from ..geometry.cameras import Camera
 from ..geometry.containers import Container
@@ -25,12 +27,14 @@ from .result import Result
 
 @dataclass(frozen=True, repr=False)
 class AssemblyResult(Result):
-    """Parts where they belong. scores `(N,)`: how much of each part's surface is matched; likeness `(K,)`: of the
-    silhouettes to the given ones, None if the whole's mesh was given; warnings : lines about doubtful places."""
+    """Parts where they belong. scores `(N,)`: how much of each part's surface is matched, or, from the pieces alone, of
+    its creases; likeness `(K,)`: of the silhouettes to the given ones, None if none were; warnings : lines about
+    doubtful places; holes : where pieces are missing, the largest first, None unless they were put together alone."""
 
     scores: np.ndarray
     likeness: np.ndarray | None
     warnings: Sequence[str]
+    holes: Sequence[Hole] | None = None
 
     @property
     def overlap(self) -> float:
@@ -39,8 +43,9 @@ class AssemblyResult(Result):
 
     def fit(self) -> str:
         """How well the parts fit, in words."""
-        by_surface = self.likeness is None
-        name, fit = ("fit of their surfaces", self.scores) if by_surface else ("likeness", self.likeness)
+        name, fit = ("fit of their surfaces", self.scores) if self.holes is None else ("creases matched", self.scores)
+        if self.likeness is not None:
+            name, fit = "likeness", self.likeness
         return (
             f"{name}: {fit.mean():.1%} in the mean, {fit.min():.1%} at least; {self.overlap:.2%} of the volume shared"
         )
@@ -62,6 +67,7 @@ class AssemblyResult(Result):
             "scores": {body.name: float(score) for body, score in zip(self.bodies, self.scores, strict=True)},
             "likeness": None if self.likeness is None else self.likeness.tolist(),
             "warnings": list(self.warnings),
+            "holes": None if self.holes is None else [hole.to_dict() for hole in self.holes],
             "seconds": self.seconds,
         }
 
@@ -81,8 +87,9 @@ def assemble(
 
     whole : the whole's mesh, or its file. silhouettes : instead of it, pictures of the whole or their files,
     `(K, H, H)` in [0, 1], row 0 on top, one for each of the views `azimuths_deg`, `elevations_deg`. width : of their
-    edges, metres.
-    Raises InputError unless one of both is given, and for parts that are not the whole's.
+    edges, metres. With neither, the pieces alone are matched by the borders of their fractures; the largest one keeps
+    the orientation of its file, and the container is a box about them all.
+    Raises InputError if both are given, for parts that are not the whole's, and where no two pieces fit each other.
 
     >>> import rasp_core as rasp
     >>> from data_fetch import fracture, scatter, vessels
@@ -93,9 +100,12 @@ def assemble(
     (2, [])
     """
     began = time.monotonic()
-    if (whole is None) == (silhouettes is None):
-        raise InputError("an assembly needs the whole (a mesh) or its silhouettes; give one of them")
-    if whole is not None:
+    if whole is not None and silhouettes is not None:
+        raise InputError("the whole (a mesh) and its silhouettes were both given; give one of them, or neither")
+    if whole is None and silhouettes is None:
+        bodies = as_bodies(parts)
+        found = assemble_alone(bodies, seed, progress=progress)
+    elif whole is not None:
         if isinstance(whole, str | Path):
             whole = containers.from_mesh(whole)
         room = Container(whole) if isinstance(whole, Body) else whole
@@ -114,6 +124,7 @@ def assemble(
         scores=found.scores,
         likeness=found.likeness,
         warnings=found.warnings,
+        holes=found.holes,
     )
 
 

@@ -25,6 +25,7 @@ from ..scene import Scene
 from ..silhouettes import likeness, render
 from ..util.errors import InputError
 from .beam_search import best_assembly, possible_assemblies, refine_together
+from .holes import Hole
 from .scored_poses import ScoredPose, stack, unstack
 
 
@@ -67,7 +68,8 @@ class Assembly:
     `(N,)`: the fraction of each part's surface that lies on the whole's surface or a neighbour's, the nearer the more,
     less twice the fraction that is where it must not be; in a hull neighbours alone count. warnings : lines of text,
     none if all parts have their places. likeness `(K,)`: intersection over union of the parts' silhouettes with the
-    given ones; None if the whole's mesh was given.
+    given ones; None if none were given. From the pieces alone, see `pieces_alone`, the container is a box about all
+    pieces, scores are of their creases, and holes say where pieces are missing; else holes is None.
     """
 
     bodies: Sequence[Body]
@@ -76,6 +78,7 @@ class Assembly:
     scores: np.ndarray
     warnings: Sequence[str] = ()
     likeness: np.ndarray | None = None
+    holes: Sequence[Hole] | None = None
 
     @property
     def matrices(self) -> np.ndarray:

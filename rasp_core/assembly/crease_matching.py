@@ -14,7 +14,7 @@ import numpy as np
 import torch
 from scipy.spatial.transform import Rotation
 
-from ..geometry import containers, sdf
+from ..geometry import sdf
 from ..geometry.meshes import Body
 from ..geometry.surface_points import surface_points
 from ..kernels.creases import Creases
@@ -25,12 +25,14 @@ from .scored_poses import ScoredPose, best_first, distinct, stack, unstack
 @dataclass(frozen=True)
 class Round:
     """Of a search: poses with the best scores that are kept, and drawn in by `steps`; reach, in spacings of points, and
-    the least cosine between normals, of crease points that match."""
+    the least cosine between normals, of crease points that match; points : of the piece that are looked at, all if
+    None."""
 
     kept: int
     steps: int
     reach: float
     cosine: float
+    points: int | None = None
 
 
 @dataclass(frozen=True)
@@ -39,13 +41,18 @@ class MatchingSettings:
     all poses. bend_rad : how far the bends of two creases may be from filling half a turn. tried : crease points of
     each side from which poses are made, at most. deep_spacings : from where a point of the piece is inside another;
     penalty : of such a point, in crease points. returned, apart : how many poses, and how different they are.
-    press : from where, and under which cosine of normals, surfaces are drawn to each other; damping and the largest turn
-    of a step keep that from running away."""
+    press : from where, and under which cosine of normals, surfaces are drawn to each other; damping and the largest
+    turn of a step keep that from running away."""
 
     points: int = 16_000
-    rounds: tuple[Round, ...] = (Round(1500, 3, 4.0, 0.7), Round(200, 5, 3.0, 0.75), Round(40, 8, 2.0, 0.8))
+    rounds: tuple[Round, ...] = (
+        Round(6000, 0, 4.0, 0.7, points=64),
+        Round(1000, 3, 4.0, 0.7),
+        Round(200, 5, 3.0, 0.75),
+        Round(40, 8, 2.0, 0.8),
+    )
     bend_rad: float = 0.45
-    tried: int = 250
+    tried: int = 180
     deep_spacings: float = 1.0
     penalty: float = 0.1
     returned: int = 10
@@ -70,6 +77,7 @@ class Piece:
         count = max(int(body.manifold.surface_area() / spacing**2), 50)
         self.points, self.normals = surface_points(body.solid_vertices, body.solid_faces, count)
         self.creases = finding.find_creases(self.points, self.normals, spacing)
+        self.weight = float(self.creases.weights.max(1, initial=0).sum())  # the most that can coincide
         self.grid = sdf.bake_cached(body, SETTINGS.grid_cells)
         self.target = Target([self], [ScoredPose(np.eye(3), np.zeros(3))])
 
@@ -106,7 +114,7 @@ def find_poses(piece: Piece, target: Target, random: np.random.Generator) -> lis
         scores = matched(piece, target, rotation, translation, step)
         best = np.argsort(-scores, kind="stable")[: step.kept]
         rotation, translation = rotation[best], translation[best]
-        if k:
+        if k > 1:
             apart = SETTINGS.apart_spacings * piece.spacing / 2
             poses = distinct(unstack(rotation, translation, scores[best]), step.kept, SETTINGS.apart_rad / 2, apart)
             rotation, translation = stack(poses)
@@ -121,9 +129,11 @@ def matched(piece: Piece, target: Target, rotation, translation, step: Round = S
     """`(B,)`: crease points of the piece that lie on the target's, the nearer the more."""
     from ..kernels import creases
 
+    # they are in random order
+    moving = Creases(*(array[: step.points] for array in piece.creases))
     reach = step.reach * piece.spacing
     return creases.matched(
-        target.creases, target.lookup, piece.creases, rotation, translation, reach=reach, cosine=step.cosine
+        target.creases, target.lookup, moving, rotation, translation, reach=reach, cosine=step.cosine
     )
 
 
@@ -170,9 +180,7 @@ def scored(piece: Piece, target: Target, poses: Sequence[ScoredPose]) -> list[Sc
         return []
     rotation, translation = stack(poses)
     inside = within(piece, target, rotation, translation)
-    return unstack(
-        rotation, translation, matched(piece, target, rotation, translation) - SETTINGS.penalty * inside
-    )
+    return unstack(rotation, translation, matched(piece, target, rotation, translation) - SETTINGS.penalty * inside)
 
 
 def within(piece: Piece, target: Target, rotation, translation) -> np.ndarray:

@@ -62,7 +62,8 @@ def find_creases(points: np.ndarray, normals: np.ndarray, spacing: float) -> Cre
         on_first, on_second = (same_wall & ~nearer)[..., None], (same_wall & nearer)[..., None]
         first, second = _unit((around * on_first).sum(1)), _unit((around * on_second).sum(1))
     counts = np.stack([on_first.sum((1, 2)), on_second.sum((1, 2))])
-    middles = [(places * on).sum(1) / np.maximum(n, 1)[:, None] for on, n in zip((on_first, on_second), counts)]
+    sides = zip((on_first, on_second), counts, strict=True)
+    middles = [(places * on).sum(1) / np.maximum(count, 1)[:, None] for on, count in sides]
     cosine = (first * second).sum(1)
     kept = np.flatnonzero(
         (cosine < np.cos(SETTINGS.least_bend_rad))
@@ -88,7 +89,8 @@ def find_creases(points: np.ndarray, normals: np.ndarray, spacing: float) -> Cre
 def lookup(creases: Creases, reach: float, cell: float) -> Lookup:
     """A grid of cells of `cell` metres in which the nearest crease point is looked up from `reach` metres around."""
     points = creases.points if len(creases.points) else np.zeros((1, 3))
-    low, around = points.min(0) - reach - cell, int(np.ceil(reach / cell))
+    around = int(np.ceil(reach / cell)) + 1
+    low = points.min(0) - (around + 0.5) * cell
     home = np.floor((creases.points - low) / cell).astype(np.int64)
     shape = np.floor((points.max(0) - low) / cell).astype(np.int64) + around + 1
     steps = np.arange(-around, around + 1)

@@ -48,14 +48,6 @@ class Growth:
     poses: Mapping[int, ScoredPose]
     score: float
 
-    def same_as(self, other: Growth) -> bool:
-        """Whether the same pieces stand in the same way to each other."""
-        if set(self.poses) != set(other.poses):
-            return False
-        root = min(self.poses)
-        mine, theirs = ({k: relative(g.poses[root], g.poses[k]) for k in g.poses} for g in (self, other))
-        return not any(mine[k].differs(theirs[k], SETTINGS.apart_rad, self.poses[k].score) for k in mine)
-
 
 def relative(root: ScoredPose, pose: ScoredPose) -> ScoredPose:
     """A pose as seen from another one."""
@@ -124,9 +116,9 @@ class Growing:
             states = self._best(steps)
         return max(ended, key=lambda state: (state.score, len(state.poses)))
 
-    def least(self, i: int, j: int) -> float:
-        """How many crease points must coincide for one of two pieces to belong to the other."""
-        few = min(self.pieces[k].creases.weights.max(1, initial=0).sum() for k in (i, j))
+    def least(self, *pieces: int) -> float:
+        """How many crease points of one of these pieces must coincide with others', that it belongs to them."""
+        few = min(self.pieces[k].weight for k in pieces)
         return max(SETTINGS.least_points, SETTINGS.least_share * few)
 
     def _steps(self, state: Growth) -> list[Growth]:
@@ -137,9 +129,8 @@ class Growing:
             if not tried:
                 continue
             gains = self.gain(state.poses, j, tried)
-            least = max(SETTINGS.least_points, SETTINGS.least_share * self.pieces[j].creases.weights.max(1).sum())
             for k in np.argsort(-gains, kind="stable")[: SETTINGS.beam]:
-                if gains[k] > least:
+                if gains[k] > self.least(j):
                     pose = replace(tried[k], score=float(gains[k]))
                     found.append(Growth({**state.poses, j: pose}, state.score + pose.score))
         return found
@@ -183,8 +174,7 @@ class Growing:
             for j in rest:
                 random = np.random.default_rng([self.seed, len(placed), j])
                 found = crease_matching.find_poses(self.pieces[j], target, random)
-                least = max(SETTINGS.least_points, SETTINGS.least_share * self.pieces[j].creases.weights.max(1).sum())
-                if found and found[0].score > least and (best is None or found[0].score > best.score):
+                if found and found[0].score > self.least(j) and (best is None or found[0].score > best.score):
                     best, which = found[0], j
             if best is None:
                 return state
@@ -204,4 +194,6 @@ class Growing:
                 pressed = crease_matching.pressed(self.pieces[j], target, rotation, translation, SETTINGS.surface_steps)
                 tried = [poses[j], *unstack(rotation, translation, np.zeros(1)), *unstack(*pressed, np.zeros(1))]
                 poses[j] = best_first(crease_matching.scored(self.pieces[j], target, tried))[0]
-        return Growth(poses, sum(pose.score for pose in poses.values()))
+        for j, pose in poses.items():
+            poses[j] = replace(pose, score=float(self.gain(poses, j, [pose])[0]))
+        return Growth(poses, sum(pose.score for pose in poses.values()) / 2)

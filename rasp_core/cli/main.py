@@ -134,8 +134,8 @@ def _parser() -> _Parser:
         "parts", nargs="+", metavar="PARTS", help="mesh files or folders of them; poses do not matter"
     )
     _add_reading(assemble)
-    whole = assemble.add_mutually_exclusive_group(required=True)
-    whole.add_argument("--whole", metavar="FILE", help="the whole's mesh, closed")
+    whole = assemble.add_mutually_exclusive_group()
+    whole.add_argument("--whole", metavar="FILE", help="the whole's mesh, closed (default: the pieces alone)")
     whole.add_argument("--silhouettes", nargs="+", metavar="PNG", help="pictures of the whole, one for each view")
     assemble.add_argument("--azimuths-deg", type=float, nargs="+", default=[0, 90, 0], help="(default: 0 90 0)")
     assemble.add_argument("--elevations-deg", type=float, nargs="+", default=[0, 0, 90], help="(default: 0 0 90)")

@@ -46,8 +46,9 @@ def matched(creases, lookup, moving, rotation, translation, reach, cosine):
     found = np.zeros(len(rotation))
     for b in range(len(rotation)):
         r = matrix(rotation, b)
+        tx, ty, tz = translation[b, 0], translation[b, 1], translation[b, 2]
         for k in range(len(moving.points)):
-            near, kind, square = _partner(creases, lookup, moving, r, translation[b], k, reach, cosine)
+            near, kind, square = _partner(creases, lookup, moving, r, tx, ty, tz, k, reach, cosine)
             if near >= 0:
                 counts = min(creases.weights[near, kind & 1], moving.weights[k, kind >> 1])
                 found[b] += counts * (1 - square / reach**2)
@@ -66,8 +67,9 @@ def moments(creases, lookup, moving, rotation, translation, reach, cosine):
     places, normals = np.zeros((count, 3, 3)), np.zeros((count, 3, 3))
     for b in range(count):
         r = matrix(rotation, b)
+        tx, ty, tz = translation[b, 0], translation[b, 1], translation[b, 2]
         for k in range(len(moving.points)):
-            j, kind, square = _partner(creases, lookup, moving, r, translation[b], k, reach, cosine)
+            j, kind, square = _partner(creases, lookup, moving, r, tx, ty, tz, k, reach, cosine)
             if j < 0:
                 continue
             counts = min(creases.weights[j, kind & 1], moving.weights[k, kind >> 1])
@@ -88,36 +90,38 @@ def moments(creases, lookup, moving, rotation, translation, reach, cosine):
     return weight, rest, own, places, normals
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
-def _partner(creases, lookup, moving, r, shift, k, reach, cosine):
+@njit(inline="always", error_model="numpy")
+def _partner(creases, lookup, moving, r, tx, ty, tz, k, reach, cosine):
     """The crease point on which point k lies, -1 if none; which normal is the broken one (bit 0 of the resting point's
     set: the second, bit 1 of the moving one's); and the square of their distance."""
     nearest, origin, cell = lookup
-    x, y, z = rotate(r, moving.points[k, 0], moving.points[k, 1], moving.points[k, 2])
-    x, y, z = x + shift[0], y + shift[1], z + shift[2]
-    i = math.floor((x - origin[0]) / cell)
-    j = math.floor((y - origin[1]) / cell)
-    m = math.floor((z - origin[2]) / cell)
-    if not (0 <= i < nearest.shape[0] and 0 <= j < nearest.shape[1] and 0 <= m < nearest.shape[2]):
-        return -1, 0, math.inf
-    near = nearest[i, j, m]
-    if near < 0:
-        return -1, 0, math.inf
-    px, py, pz = creases.points[near, 0] - x, creases.points[near, 1] - y, creases.points[near, 2] - z
-    square = px**2 + py**2 + pz**2
-    if square >= reach**2:
-        return -1, 0, math.inf
-    ax, ay, az = rotate(r, moving.first[k, 0], moving.first[k, 1], moving.first[k, 2])
-    bx, by, bz = rotate(r, moving.second[k, 0], moving.second[k, 1], moving.second[k, 2])
-    f, s = creases.first[near], creases.second[near]
-    fa, fb = f[0] * ax + f[1] * ay + f[2] * az, f[0] * bx + f[1] * by + f[2] * bz
-    sa, sb = s[0] * ax + s[1] * ay + s[2] * az, s[0] * bx + s[1] * by + s[2] * bz
-    # the worse of both conditions, for each way to say which side is the broken one
-    ways = (min(-fa, sb), min(-sa, fb), min(-fb, sa), min(-sb, fa))
-    kind, best = 0, ways[0]
-    for way in range(1, 4):
-        if ways[way] > best:
-            kind, best = way, ways[way]
-    if best <= cosine:
-        return -1, 0, math.inf
+    points, first, second, _ = creases
+    own, own_first, own_second, _ = moving
+    near, kind, square = -1, 0, math.inf
+    x, y, z = rotate(r, own[k, 0], own[k, 1], own[k, 2])
+    x, y, z = x + tx, y + ty, z + tz
+    cx, cy, cz = (x - origin[0]) / cell, (y - origin[1]) / cell, (z - origin[2]) / cell
+    if 0 <= cx < nearest.shape[0] and 0 <= cy < nearest.shape[1] and 0 <= cz < nearest.shape[2]:
+        near = nearest[int(cx), int(cy), int(cz)]
+    if near >= 0:
+        square = (points[near, 0] - x) ** 2 + (points[near, 1] - y) ** 2 + (points[near, 2] - z) ** 2
+        if square >= reach**2:
+            near = -1
+    if near >= 0:
+        ax, ay, az = rotate(r, own_first[k, 0], own_first[k, 1], own_first[k, 2])
+        bx, by, bz = rotate(r, own_second[k, 0], own_second[k, 1], own_second[k, 2])
+        fx, fy, fz = first[near, 0], first[near, 1], first[near, 2]
+        sx, sy, sz = second[near, 0], second[near, 1], second[near, 2]
+        fa, fb = fx * ax + fy * ay + fz * az, fx * bx + fy * by + fz * bz
+        sa, sb = sx * ax + sy * ay + sz * az, sx * bx + sy * by + sz * bz
+        # the worse of both conditions, for each way to say which side is the broken one
+        best = min(-fa, sb)
+        if min(-sa, fb) > best:
+            kind, best = 1, min(-sa, fb)
+        if min(-fb, sa) > best:
+            kind, best = 2, min(-fb, sa)
+        if min(-sb, fa) > best:
+            kind, best = 3, min(-sb, fa)
+        if best <= cosine:
+            near = -1
     return near, kind, square

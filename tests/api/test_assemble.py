@@ -33,10 +33,16 @@ def test_parts_come_back_and_say_how_they_fit(broken, tmp_path):
     assert found.table()["parts"] == "2"
 
 
-def test_one_of_mesh_and_silhouettes_is_needed(broken):
+def test_the_pieces_alone_are_enough(broken):
+    _, shards, truth = broken
+    found = rasp.assemble(shards)
+    assert measure(shards, found.matrices, truth).parts == 1
+    assert found.holes == []
+    assert repr(found).startswith("<Assembly of 2 parts, creases matched: ")
+
+
+def test_mesh_and_silhouettes_together_are_refused(broken):
     vessel, shards, _ = broken
-    with pytest.raises(InputError, match="give one of them"):
-        rasp.assemble(shards)
     with pytest.raises(InputError, match="give one of them"):
         rasp.assemble(shards, vessel, silhouettes=["a.png"])
     with pytest.raises(InputError, match="for 2 pictures"):
