@@ -17,6 +17,8 @@ from .procedural import solid_body
 
 SEGMENTS = 64
 ROUGHNESS = 0.025  # of the piece's diagonal: how far the surface of a cut strays from a plane
+# how far it strays, and by which power of their length its waves are higher the longer they are
+CUTS = {"flat": (0.0, 0.7), "wavy": (ROUGHNESS, 0.7), "rough": (ROUGHNESS, 0.25)}
 WAVES = 24  # of which its height is made
 CELLS = 40  # along an edge of the surface
 SMALLEST = 0.25  # of an even share: the least volume of a part
@@ -30,20 +32,23 @@ def vessels(seed: int = 0) -> list[Body]:
     return [solid_body(f"{kinds[i % 4][0]}_{i // 4}", kinds[i % 4][1](rng)) for i in range(10)]
 
 
-def fracture(body: Body, parts: int, seed: int = 0) -> list[Body]:
+def fracture(body: Body, parts: int, seed: int = 0, *, cut: str = "wavy", lost: float = 0.0) -> list[Body]:
     """The body broken into `parts` connected pieces, where they lie in the whole, the largest first.
 
-    Each cut parts the largest piece by a random plane with random waves. Raises InputError for fewer than two parts, or
-    where no cut into connected pieces is found.
+    Each cut parts the largest piece by a random plane with random waves: "flat" has none, "rough" higher short ones.
+    lost : metres that each side of a cut has lost to wear. Raises InputError for fewer than two parts, for another cut,
+    or where no cut into connected pieces is found.
     """
     if parts < 2:
         raise InputError(f"a broken thing has at least two parts, got {parts}")
+    if cut not in CUTS:
+        raise InputError(f"cut {cut!r} is unknown; use one of {', '.join(CUTS)}")
     rng = np.random.default_rng([11, seed])
     pieces, share = [body.manifold.translate(body.centre)], SMALLEST * body.volume / parts
     while len(pieces) < parts:
         pieces.sort(key=lambda piece: -piece.volume())
         for k, piece in enumerate(pieces):
-            halves = _broken(piece, share, rng)
+            halves = _broken(piece, share, rng, cut, lost)
             if halves is not None:
                 pieces[k : k + 1] = halves
                 break
@@ -71,24 +76,31 @@ def scatter(parts: Sequence[Body], seed: int = 0) -> tuple[list[Body], np.ndarra
     return found, np.stack(back)
 
 
-def _broken(piece: Manifold, share: float, rng: np.random.Generator) -> list[Manifold] | None:
+def _broken(piece: Manifold, share: float, rng: np.random.Generator, cut: str, lost: float) -> list[Manifold] | None:
     """Two connected pieces, neither smaller than `share` cubic metres."""
     box = np.array(piece.bounding_box()).reshape(2, 3)
     middle, size = box.mean(0), float(np.linalg.norm(np.ptp(box, axis=0)))
     for _ in range(TRIES):
         point = middle + rng.normal(size=3) * 0.12 * np.ptp(box, axis=0)
-        halves = piece.split(_rough_half_space(rng, size).translate(point))
+        block, upwards = _rough_half_space(rng, size, cut)
+        if lost:
+            below, above = (block.translate(point + way * lost * upwards) for way in (-1, 1))
+            halves = piece ^ below, piece - above
+        else:
+            halves = piece.split(block.translate(point))
         if all(half.volume() > share and len(half.decompose()) == 1 for half in halves):
             return list(halves)
     return None
 
 
-def _rough_half_space(rng: np.random.Generator, size: float) -> Manifold:
-    """A block whose upper side, near the origin, is a random plane with waves; as large as cuts anything of `size`."""
+def _rough_half_space(rng: np.random.Generator, size: float, cut: str) -> tuple[Manifold, np.ndarray]:
+    """A block whose upper side, near the origin, is a random plane with waves, as large as cuts anything of `size`; and
+    the direction `(3,)` of that side."""
+    roughness, power = CUTS[cut]
     direction = rng.normal(size=(WAVES, 2))
     length = size * np.geomspace(0.6, 0.06, WAVES)
     wave = 2 * np.pi * direction / np.linalg.norm(direction, axis=1, keepdims=True) / length[:, None]
-    height = ROUGHNESS * size * (length / length[0]) ** 0.7 * rng.normal(size=WAVES) / WAVES**0.5 * 2
+    height = roughness * size * (length / length[0]) ** power * rng.normal(size=WAVES) / WAVES**0.5 * 2
     phase = rng.uniform(0, 2 * np.pi, WAVES)
 
     def rough(points: np.ndarray) -> np.ndarray:
@@ -100,7 +112,7 @@ def _rough_half_space(rng: np.random.Generator, size: float) -> Manifold:
     block = Manifold.cube((2.4 * size, 2.4 * size, 2 * size)).translate((-1.2 * size, -1.2 * size, -2 * size))
     quaternion = rng.normal(size=4)
     turn = np.column_stack([Rotation.from_quat(np.roll(quaternion, -1)).as_matrix(), np.zeros(3)])  # scipy: w is last
-    return block.refine(CELLS).warp_batch(rough).transform(turn)
+    return block.refine(CELLS).warp_batch(rough).transform(turn), turn[:, 2]
 
 
 def _revolved(profile) -> Manifold:
