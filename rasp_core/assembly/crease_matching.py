@@ -41,8 +41,8 @@ class MatchingSettings:
     all poses. bend_rad : how far the bends of two creases may be from filling half a turn. tried : crease points of
     each side from which poses are made, at most. deep_spacings : from where a point of the piece is inside another;
     penalty : of such a point, in crease points. returned, apart : how many poses, and how different they are.
-    press : from where, and under which cosine of normals, surfaces are drawn to each other; damping and the largest
-    turn of a step keep that from running away."""
+    press : from where, at first and at last, and under which cosine of normals, surfaces are drawn to each other;
+    damping and the largest turn of a step keep that from running away."""
 
     points: int = 16_000
     rounds: tuple[Round, ...] = (
@@ -59,7 +59,8 @@ class MatchingSettings:
     apart_rad: float = 0.1
     apart_spacings: float = 4.0
     grid_cells: int = 64
-    press_spacings: float = 1.0
+    press_spacings: tuple[float, float] = (2.0, 0.7)
+    press_steps: int = 8
     press_cosine: float = 0.6
     damping: float = 1e-4
     largest_turn_rad: float = 0.15
@@ -156,13 +157,13 @@ def drawn_in(piece: Piece, target: Target, rotation, translation, step: Round = 
     return np.where(few[:, None, None], rotation, turned), np.where(few[:, None], translation, shifted)
 
 
-def pressed(piece: Piece, target: Target, rotation, translation, steps: int):
+def pressed(piece: Piece, target: Target, rotation, translation):
     """Each pose after steps of least squares, point to plane, of the piece's surface on the target's."""
     from ..kernels.point_to_plane import Contact, normal_equations
 
     damping = np.diag([SETTINGS.damping * piece.body.radius**2] * 3 + [SETTINGS.damping] * 3)
-    contact = Contact(distance=SETTINGS.press_spacings * piece.spacing, cosine=SETTINGS.press_cosine)
-    for _ in range(steps):
+    for reach in np.linspace(*SETTINGS.press_spacings, SETTINGS.press_steps):
+        contact = Contact(distance=reach * piece.spacing, cosine=SETTINGS.press_cosine)
         square, slope, rows = normal_equations(
             **_meeting(piece, target), rotation=rotation, translation=translation, contact=contact
         )

@@ -18,24 +18,25 @@ from tqdm.auto import tqdm
 from ..geometry.meshes import Body
 from . import crease_matching
 from .crease_matching import Piece, Target
-from .scored_poses import ScoredPose, best_first, stack, unstack
+from .scored_poses import ScoredPose, stack, unstack
 
 
 @dataclass(frozen=True)
 class GrowingSettings:
     """beam : assemblies that are followed, and steps that are taken from each. least_share : of a piece's crease points
     that must coincide with others', less the penalties, for it to belong to them; least_points : how many at least.
-    apart : as for poses of a pair. sweeps : in which each piece is refined between all others, by crease_steps and
-    surface_steps."""
+    apart : as for poses of a pair. sweeps : in which each piece is refined between all others, by creases, each time by
+    crease_steps, then by surfaces; kept_share : of the coinciding creases that must be left then."""
 
     beam: int = 6
     least_share: float = 0.12
     least_points: float = 5.0
     apart_rad: float = 0.1
     apart_spacings: float = 4.0
-    sweeps: int = 2
+    crease_sweeps: int = 1
     crease_steps: int = 4
-    surface_steps: int = 6
+    surface_sweeps: int = 3
+    kept_share: float = 0.8
 
 
 SETTINGS = GrowingSettings()
@@ -181,19 +182,24 @@ class Growing:
             state = Growth({**state.poses, which: best}, state.score + best.score)
 
     def refined(self, state: Growth) -> Growth:
-        """Each piece but the largest drawn in between all others, by creases, and by surfaces where that is better."""
+        """Each piece but the largest drawn in between all others, first by creases, then by surfaces."""
         poses = dict(state.poses)
         still = max(poses, key=lambda k: self.pieces[k].body.volume)
-        for _ in range(SETTINGS.sweeps):
+        for sweep in range(SETTINGS.crease_sweeps + SETTINGS.surface_sweeps):
             for j in sorted(set(poses) - {still}):
                 others = [i for i in poses if i != j]
                 target = Target([self.pieces[i] for i in others], [poses[i] for i in others])
                 rotation, translation = stack([poses[j]])
-                for _ in range(SETTINGS.crease_steps):
-                    rotation, translation = crease_matching.drawn_in(self.pieces[j], target, rotation, translation)
-                pressed = crease_matching.pressed(self.pieces[j], target, rotation, translation, SETTINGS.surface_steps)
-                tried = [poses[j], *unstack(rotation, translation, np.zeros(1)), *unstack(*pressed, np.zeros(1))]
-                poses[j] = best_first(crease_matching.scored(self.pieces[j], target, tried))[0]
+                if sweep < SETTINGS.crease_sweeps:
+                    for _ in range(SETTINGS.crease_steps):
+                        rotation, translation = crease_matching.drawn_in(self.pieces[j], target, rotation, translation)
+                else:
+                    rotation, translation = crease_matching.pressed(self.pieces[j], target, rotation, translation)
+                tried = [poses[j], *unstack(rotation, translation, np.zeros(1))]
+                now, then = crease_matching.scored(self.pieces[j], target, tried)
+                # surfaces say more exactly where a piece lies than worn creases do
+                least = now.score if sweep < SETTINGS.crease_sweeps else SETTINGS.kept_share * now.score
+                poses[j] = then if then.score >= least else now
         for j, pose in poses.items():
             poses[j] = replace(pose, score=float(self.gain(poses, j, [pose])[0]))
         return Growth(poses, sum(pose.score for pose in poses.values()) / 2)
