@@ -37,24 +37,29 @@ class Round:
 
 @dataclass(frozen=True)
 class MatchingSettings:
-    """points : spread over all pieces; their spacing is the unit of length. rounds : of the search, the first one with
-    all poses. bend_rad : how far the bends of two creases may be from filling half a turn. tried : crease points of
-    each side from which poses are made, at most. deep_spacings : from where a point of the piece is inside another;
-    penalty : of such a point, in crease points. returned, apart : how many poses, and how different they are.
-    press : from where, at first and at last, and under which cosine of normals, surfaces are drawn to each other;
-    damping and the largest turn of a step keep that from running away."""
+    """points : spread over all pieces; their spacing is the unit of length. rounds : of the search by creases, the
+    first one with all poses. bend_rad : how far the bends of two creases may be from filling half a turn. tried :
+    crease points of each side from which poses are made, at most. deep_spacings : from where a point of the piece is
+    inside another; penalty : of such a point, in crease points. contact : how near, and with which cosine of normals, a
+    rough point lies on another piece, and its weight, in crease points. returned, apart : how many poses, and how
+    different they are. press : from where, at first and at last, and under which cosine of normals, surfaces are drawn
+    to each other; damping and the largest turn of a step keep that from running away.
+    """
 
     points: int = 16_000
     rounds: tuple[Round, ...] = (
         Round(6000, 0, 4.0, 0.7, points=64),
         Round(1000, 3, 4.0, 0.7),
         Round(200, 5, 3.0, 0.75),
-        Round(40, 8, 2.0, 0.8),
+        Round(80, 8, 2.0, 0.8),
     )
     bend_rad: float = 0.45
     tried: int = 180
     deep_spacings: float = 1.0
     penalty: float = 0.1
+    contact_spacings: float = 1.5
+    contact_cosine: float = 0.8
+    contact_weight: float = 0.15
     returned: int = 10
     apart_rad: float = 0.1
     apart_spacings: float = 4.0
@@ -78,6 +83,7 @@ class Piece:
         count = max(int(body.manifold.surface_area() / spacing**2), 50)
         self.points, self.normals = surface_points(body.solid_vertices, body.solid_faces, count)
         self.creases = finding.find_creases(self.points, self.normals, spacing)
+        self.rough = finding.rough_points(self.points, self.normals, spacing)
         self.weight = float(self.creases.weights.max(1, initial=0).sum())  # the most that can coincide
         self.grid = sdf.bake_cached(body, SETTINGS.grid_cells)
         self.target = Target([self], [ScoredPose(np.eye(3), np.zeros(3))])
@@ -109,21 +115,25 @@ def spacing_of(bodies: Sequence[Body]) -> float:
 
 def find_poses(piece: Piece, target: Target, random: np.random.Generator) -> list[ScoredPose]:
     """Poses of a piece beside placed ones, the best first, no two the same. A score is the number of crease points that
-    coincide, less a penalty for what lies within others."""
+    coincide, and of rough ones that touch, less a penalty for what lies within others."""
     rotation, translation = _single_point_poses(piece.creases, target.creases, random)
     for k, step in enumerate(SETTINGS.rounds):
         scores = matched(piece, target, rotation, translation, step)
         best = np.argsort(-scores, kind="stable")[: step.kept]
         rotation, translation = rotation[best], translation[best]
         if k > 1:
-            apart = SETTINGS.apart_spacings * piece.spacing / 2
-            poses = distinct(unstack(rotation, translation, scores[best]), step.kept, SETTINGS.apart_rad / 2, apart)
-            rotation, translation = stack(poses)
+            rotation, translation = _distinct(piece, rotation, translation, scores[best], step.kept)
         for _ in range(step.steps):
             rotation, translation = drawn_in(piece, target, rotation, translation, step)
     poses = best_first(scored(piece, target, unstack(rotation, translation, np.zeros(len(rotation)))))
     apart = SETTINGS.apart_spacings * piece.spacing
     return distinct([p for p in poses if p.score > 0], SETTINGS.returned, SETTINGS.apart_rad, apart)
+
+
+def _distinct(piece: Piece, rotation, translation, scores, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """The poses, the best first, without those that are nearly the same as a better one; `count` at most."""
+    apart = SETTINGS.apart_spacings * piece.spacing / 2
+    return stack(distinct(unstack(rotation, translation, scores), count, SETTINGS.apart_rad / 2, apart))
 
 
 def matched(piece: Piece, target: Target, rotation, translation, step: Round = SETTINGS.rounds[-1]) -> np.ndarray:
@@ -180,8 +190,23 @@ def scored(piece: Piece, target: Target, poses: Sequence[ScoredPose]) -> list[Sc
     if not len(poses):
         return []
     rotation, translation = stack(poses)
-    inside = within(piece, target, rotation, translation)
-    return unstack(rotation, translation, matched(piece, target, rotation, translation) - SETTINGS.penalty * inside)
+    scores = matched(piece, target, rotation, translation)
+    scores += SETTINGS.contact_weight * touching(piece, target, rotation, translation)
+    return unstack(rotation, translation, scores - SETTINGS.penalty * within(piece, target, rotation, translation))
+
+
+def touching(piece: Piece, target: Target, rotation, translation) -> np.ndarray:
+    """`(B,)`: how many of the piece's points on rough surface lie on the target's surface, the nearer the more."""
+    from ..kernels.point_to_plane import Contact, coverage
+
+    if not len(piece.rough):
+        return np.zeros(len(rotation))
+    distance = SETTINGS.contact_spacings * piece.spacing
+    contact = Contact(distance=distance, cosine=SETTINGS.contact_cosine)
+    covered, _ = coverage(
+        **_meeting(piece, target, piece.rough), rotation=rotation, translation=translation, contact=contact
+    )
+    return covered * len(piece.rough)
 
 
 def within(piece: Piece, target: Target, rotation, translation) -> np.ndarray:
@@ -193,12 +218,12 @@ def within(piece: Piece, target: Target, rotation, translation) -> np.ndarray:
     return outside * len(piece.points)
 
 
-def _meeting(piece: Piece, target: Target) -> dict:
-    """What the compiled loops are given of a piece and of what it meets."""
+def _meeting(piece: Piece, target: Target, chosen: np.ndarray | slice = slice(None)) -> dict:
+    """What the compiled loops are given of a piece, of its points or of chosen ones, and of what it meets."""
     from ..kernels.point_to_plane import Placed, Surface, Whole
 
     return {
-        "part": Surface(piece.points, piece.normals),
+        "part": Surface(piece.points[chosen], piece.normals[chosen]),
         "whole": Whole(_endless(), matched=False),
         "placed": Placed(**target.solids),
         "skip": -1,

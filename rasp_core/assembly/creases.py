@@ -24,7 +24,7 @@ class CreaseSettings:
 
     Roughness is how far normals near a crease, on one of its sides, are from those of a surface of constant curvature:
     of the `rough_neighbours` nearest points within rough_spacings. A match of smooth faces, as of two rims, counts
-    `smooth_weight`; of faces as rough as rough_rad, or more, 1.
+    `smooth_weight`; of faces as rough as rough_rad, or more, 1. A surface is rough from rough_share of that.
     """
 
     neighbours: int = 28
@@ -38,6 +38,7 @@ class CreaseSettings:
     rough_spacings: float = 6.0
     rough_cosine: float = 0.6
     rough_rad: float = 0.12
+    rough_share: float = 0.5
     smooth_weight: float = 0.3
 
 
@@ -84,6 +85,14 @@ def find_creases(points: np.ndarray, normals: np.ndarray, spacing: float) -> Cre
     smooth = SETTINGS.smooth_weight
     weights = smooth + (1 - smooth) * np.minimum(np.stack(rough, axis=1) / SETTINGS.rough_rad, 1)
     return Creases(places, first, second, weights)
+
+
+def rough_points(points: np.ndarray, normals: np.ndarray, spacing: float) -> np.ndarray:
+    """`(R,)` indices of points about which a surface is rough, as fractures are; arguments as of `find_creases`."""
+    tree = cKDTree(points)
+    rough = _roughness(points, normals, tree, points, normals, -normals, spacing)
+    around = tree.query(points, min(SETTINGS.neighbours, len(points)))[1]
+    return np.flatnonzero(np.median(rough[around], axis=1) > SETTINGS.rough_share * SETTINGS.rough_rad)
 
 
 def lookup(creases: Creases, reach: float, cell: float) -> Lookup:

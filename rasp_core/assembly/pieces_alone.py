@@ -13,6 +13,7 @@ from ..geometry.meshes import Body
 from ..poses import Poses
 from ..util.errors import InputError
 from .assemble import Assembly
+from .holes import Hole, find_holes
 from .piece_growing import Growing
 from .scored_poses import ScoredPose
 
@@ -24,7 +25,9 @@ def assemble_alone(bodies: Sequence[Body], seed: int = 0, progress: bool = False
     """Find how pieces lie to each other; the poses in which they come are not used.
 
     The piece of the largest volume keeps the orientation of its file. Pieces that fit no other one are put beside the
-    assembly, with a score of 0 and a warning. The container is a box about all pieces, its centre the world's origin.
+    assembly, with a score of 0 and a warning. The container is a box about all pieces, its centre the world's origin:
+    the certificate says what overlaps, and nothing sticks out. A hole is no warning: on a thing whose handle is as thin
+    as its wall, the handle may be taken for one.
 
     Raises InputError for fewer than two pieces, and if no two fit each other.
     """
@@ -40,10 +43,13 @@ def assemble_alone(bodies: Sequence[Body], seed: int = 0, progress: bool = False
         )
     grown = growing.refined(growing.add_missing(grown))
     poses = _set_up(bodies, grown.poses)
+    placed = sorted(grown.poses)
+    holes = find_holes([growing.pieces[k] for k in placed], [poses[k] for k in placed])
     rotation = np.stack([pose.rotation for pose in poses])
     translation = np.stack([pose.translation for pose in poses])
     corners = _corners(bodies, rotation, translation)
     low, high = corners.min(0), corners.max(0)
+    middle = (low + high) / 2
     warnings = [
         f"{body.name} belongs to none of the others; it lies beside them"
         for k, body in enumerate(bodies)
@@ -56,10 +62,10 @@ def assemble_alone(bodies: Sequence[Body], seed: int = 0, progress: bool = False
     return Assembly(
         bodies=list(bodies),
         container=containers.box(MARGIN * (high - low)),
-        poses=Poses(torch.from_numpy(rotation), torch.from_numpy(translation - (low + high) / 2)),
+        poses=Poses(torch.from_numpy(rotation), torch.from_numpy(translation - middle)),
         scores=np.clip(scores, 0, 1),
         warnings=warnings,
-        holes=[],
+        holes=[Hole(hole.centre - middle, hole.area) for hole in holes],
     )
 
 

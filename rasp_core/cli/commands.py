@@ -115,6 +115,9 @@ def assemble(options: argparse.Namespace) -> int:
     assembled.save(folder)
     for line in assembled.warnings:
         print(f"rasp: {line}", file=sys.stderr)
+    for hole in assembled.holes or ():
+        place = ", ".join(f"{x:.4g}" for x in hole.centre)
+        print(f"rasp: something may be missing at ({place}) m: {1e4 * hole.area:.3g} cm2 of fracture", file=sys.stderr)
     print(f"{folder}: {len(assembled.bodies)} parts, {assembled.fit()}")
     return 1 if assembled.warnings else 0
 

@@ -68,3 +68,29 @@ def test_where_no_cut_is_found(wholes, monkeypatch):
     monkeypatch.setattr("data_fetch.fractures.TRIES", 0)
     with pytest.raises(InputError, match="fewer parts or another seed"):
         fracture(wholes[0], 2)
+
+
+def test_a_flat_cut_is_a_plane_and_a_rough_one_strays_farther(wholes):
+    def astray(cut):
+        first, second = fracture(wholes[1], 2, seed=3, cut=cut)
+        one = {tuple(v) for v in (first.solid_vertices + first.centre).round(9)}
+        points = np.array([v for v in (second.solid_vertices + second.centre).round(9) if tuple(v) in one])
+        return np.linalg.svd(points - points.mean(0), compute_uv=False)[-1] / np.sqrt(len(points))
+
+    flat, wavy, rough = map(astray, ("flat", "wavy", "rough"))
+    assert flat < 1e-8
+    assert 1e-4 < wavy < rough
+
+
+def test_worn_cuts_have_lost_a_layer_on_both_sides(wholes):
+    whole, lost = wholes[1], 0.0005
+    fresh, worn = fracture(whole, 2, seed=3, cut="flat"), fracture(whole, 2, seed=3, cut="flat", lost=lost)
+    section = fresh[0].manifold.surface_area() + fresh[1].manifold.surface_area() - whole.manifold.surface_area()
+    gone = whole.volume - sum(piece.volume for piece in worn)
+    assert gone == pytest.approx(section * lost, rel=0.05)  # half the section on each side, twice
+    assert (worn[0].manifold.translate(worn[0].centre) ^ worn[1].manifold.translate(worn[1].centre)).volume() == 0
+
+
+def test_an_unknown_cut_is_refused(wholes):
+    with pytest.raises(InputError, match="cut 'sharp' is unknown; use one of flat, wavy, rough"):
+        fracture(wholes[0], 2, cut="sharp")

@@ -1,0 +1,56 @@
+"""Assemblies that grow, against where their pieces were cut out."""
+
+import numpy as np
+import pytest
+
+from data_fetch import fracture, scatter, vessels
+from rasp_core.assembly import piece_growing as growing
+from rasp_core.assembly.scored_poses import ScoredPose
+
+
+@pytest.fixture(scope="module")
+def three():
+    moved, truth = scatter(fracture(vessels()[2], 3, seed=1), seed=2)
+    right = [ScoredPose(m[:3, :3], m[:3, :3] @ body.centre + m[:3, 3]) for body, m in zip(moved, truth, strict=True)]
+    return growing.Growing(moved), right
+
+
+def assert_right(grown, right):
+    for k in grown.poses:
+        root = min(grown.poses)
+        found = growing.relative(grown.poses[root], grown.poses[k])
+        assert not found.differs(growing.relative(right[root], right[k]), np.radians(4), 0.005)
+
+
+def test_all_pieces_are_joined_and_refined(three):
+    grown, right = three[0].grow(), three[1]
+    assert set(grown.poses) == {0, 1, 2}
+    assert_right(grown, right)
+    refined = three[0].refined(grown)
+    assert_right(refined, right)
+    assert refined.score > 0.9 * grown.score
+
+
+def test_a_piece_in_no_pair_is_found_beside_all_others(three):
+    search, right = three
+    grown = search.grow()
+    without = growing.Growth({k: grown.poses[k] for k in (0, 1)}, 0.0)
+    again = search.add_missing(without)
+    assert set(again.poses) == {0, 1, 2}
+    assert_right(again, right)
+    assert search.add_missing(growing.Growth({}, 0.0)).poses == {}
+
+
+def test_the_gain_is_less_where_a_piece_does_not_fit(three):
+    search, right = three
+    poses = dict(enumerate(right))
+    aside = ScoredPose(right[1].rotation, right[1].translation + 0.01)
+    best, worse = search.gain(poses, 1, [right[1], aside])
+    assert best > 2 * worse
+
+
+def test_relative_and_after_undo_each_other(three):
+    one, other = three[1][:2]
+    back = growing.after(one, growing.relative(one, other))
+    assert back.rotation == pytest.approx(other.rotation)
+    assert back.translation == pytest.approx(other.translation)
