@@ -18,18 +18,20 @@ from tqdm.auto import tqdm
 from ..geometry.meshes import Body
 from . import crease_matching
 from .crease_matching import Piece, Target
-from .scored_poses import ScoredPose, stack, unstack
+from .scored_poses import ScoredPose, best_first, distinct, stack, unstack
 
 
 @dataclass(frozen=True)
 class GrowingSettings:
-    """beam : assemblies that are followed, and steps that are taken from each. least_share : of a piece's crease points
-    that must coincide with others', less the penalties, for it to belong to them; least_points : how many at least.
+    """beam : assemblies that are followed, and steps that are taken from each; tried : poses of each further piece.
+    least_share : of the most that a piece's score can be, what it must be for the piece to belong to others;
+    least_points : how much at least.
     apart : as for poses of a pair. sweeps : in which each piece is refined between all others, by creases, each time by
     crease_steps, then by surfaces; kept_share : of the coinciding creases that must be left then."""
 
     beam: int = 6
-    least_share: float = 0.12
+    tried: int = 24
+    least_share: float = 0.15
     least_points: float = 5.0
     apart_rad: float = 0.1
     apart_spacings: float = 4.0
@@ -127,8 +129,7 @@ class Growing:
         found = []
         for j in set(range(len(self.pieces))) - set(state.poses):
             tried = [after(state.poses[i], pose) for i in state.poses for pose in self._beside(i, j)]
-            if not tried:
-                continue
+            tried = distinct(best_first(tried), SETTINGS.tried, SETTINGS.apart_rad, self.apart)
             gains = self.gain(state.poses, j, tried)
             for k in np.argsort(-gains, kind="stable")[: SETTINGS.beam]:
                 if gains[k] > self.least(j):
