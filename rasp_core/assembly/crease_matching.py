@@ -84,8 +84,8 @@ class Piece:
         self.points, self.normals = surface_points(body.solid_vertices, body.solid_faces, count)
         self.creases = finding.find_creases(self.points, self.normals, spacing)
         self.rough = finding.rough_points(self.points, self.normals, spacing)
-        self.weight = float(self.creases.weights.max(1, initial=0).sum())  # the most that a score can be
-        self.weight += SETTINGS.contact_weight * len(self.rough)
+        self.weight = float(self.creases.weights.max(1, initial=0).sum())  # the most that can coincide
+
         self.grid = sdf.bake_cached(body, SETTINGS.grid_cells)
         self.target = Target([self], [ScoredPose(np.eye(3), np.zeros(3))])
 

@@ -24,14 +24,14 @@ from .scored_poses import ScoredPose, best_first, distinct, stack, unstack
 @dataclass(frozen=True)
 class GrowingSettings:
     """beam : assemblies that are followed, and steps that are taken from each; tried : poses of each further piece.
-    least_share : of the most that a piece's score can be, what it must be for the piece to belong to others;
+    least_share : of the weight of a piece's creases, what its score must be for the piece to belong to others;
     least_points : how much at least.
     apart : as for poses of a pair. sweeps : in which each piece is refined between all others, by creases, each time by
     crease_steps, then by surfaces; kept_share : of the coinciding creases that must be left then."""
 
     beam: int = 6
     tried: int = 24
-    least_share: float = 0.15
+    least_share: float = 0.18
     least_points: float = 5.0
     apart_rad: float = 0.1
     apart_spacings: float = 4.0
