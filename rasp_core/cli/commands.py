@@ -14,10 +14,8 @@ from ..io.atomic_files import whole
 from ..util.errors import InputError
 from ..util.loading import loading
 from .checks import CLEARANCES, build_of, check_clearances, check_time, check_together, count_of, fit_of
+from .options import SETTINGS, WEIGHTS, container_of, counted, given_of, method_of, reading_of
 
-WEIGHTS = ("weighting", "shadow", "lambda_", "epsilon")  # options that are fields of `problem.Settings`
-SETTINGS = (*WEIGHTS, "viewing_volume", "iterations", "resolution")
-LENGTHS = {"epsilon", "width", "clearance", "wall_clearance"}  # options that are in the unit
 SWEPT = (
     *("time_limit", "effort", "repeat", "fit_objects", "azimuths_deg", "elevations_deg", "viewing_volume"),
     *("iterations", "resolution", *CLEARANCES),
@@ -41,11 +39,11 @@ def pack(options: argparse.Namespace) -> int:
     check_clearances(options)
     formats(options.export)
     check_together(options)
-    folder, reading = check_writable(options.out), _reading(options)
-    method = _method(options, _given(options, "time_limit", "effort", "record", *SETTINGS) | _counted(count))
+    folder, reading = check_writable(options.out), reading_of(options)
+    method = method_of(options, given_of(options, "time_limit", "effort", "record", *SETTINGS) | counted(count))
     bodies, container, scale = methods.load(
         objects=options.objects,
-        container=_container(options),
+        container=container_of(options),
         repeat=options.repeat,
         fit_objects=options.fit_objects,
         seed=options.seed,
@@ -66,7 +64,7 @@ def pack(options: argparse.Namespace) -> int:
         "fixed": as_fixed(options.fixed or (), reading),
         "separable": options.separable,
         "keep_out": load_bodies(options.keep_out, reading) if options.keep_out else (),
-        **_given(options, *SETTINGS, *CLEARANCES),
+        **given_of(options, *SETTINGS, *CLEARANCES),
     }
     if options.boxes:
         found = pack_boxes(bodies, container, method, boxes=boxes, **asked)
@@ -101,14 +99,14 @@ def assemble(options: argparse.Namespace) -> int:
         from ..geometry.loading import load_bodies, load_body
 
     folder = check_writable(options.out)
-    reading = _reading(options)
+    reading = reading_of(options)
     assembled = assemble_parts(
         load_bodies(options.parts, reading),
         None if options.whole is None else load_body(options.whole, reading),
         silhouettes=options.silhouettes,
         azimuths_deg=options.azimuths_deg,
         elevations_deg=options.elevations_deg,
-        **_given(options, "width"),
+        **given_of(options, "width"),
         seed=options.seed,
         progress=True,
     )
@@ -156,7 +154,7 @@ def art(options: argparse.Namespace) -> int:
             fallen.append(not built.standing.stands)
 
     made = sculpt(
-        load_bodies(options.objects, _reading(options), progress=True),
+        load_bodies(options.objects, reading_of(options), progress=True),
         options.targets,
         text=options.text,
         azimuths_deg=options.azimuths_deg,
@@ -164,7 +162,7 @@ def art(options: argparse.Namespace) -> int:
         projection=options.projection,
         room=options.room,
         fit_targets=fitting,
-        **_given(options, "width"),
+        **given_of(options, "width"),
         count=options.count,
         resolution=options.resolution,
         time_limit=options.time_limit,
@@ -193,21 +191,21 @@ def sweep(options: argparse.Namespace) -> int:
     check_clearances(options)
     if options.seeds < 1:
         raise InputError(f"--seeds must be positive, got {options.seeds}")
-    count, given, weights = count_of(options.count), _given(options, *SWEPT), _given(options, *WEIGHTS)
-    method = _method(options, {**given, **weights} | _counted(count))
+    count, given, weights = count_of(options.count), given_of(options, *SWEPT), given_of(options, *WEIGHTS)
+    method = method_of(options, {**given, **weights} | counted(count))
     if method == "paper":
         weights = {"lambda_": [Settings.lambda_], "epsilon": [Settings.epsilon]} | weights
     varied = grid(**weights, seed=range(options.seeds))
     fixed = {
         "objects": [str(Path(path).resolve()) for path in options.objects],
         **({} if options.parts is None else {"parts": str(Path(options.parts).resolve())}),
-        "container": _container(options, whole_path=True),
+        "container": container_of(options, whole_path=True),
         "method": method,
         "device": options.device,
         **given,
-        **_counted(count),
+        **counted(count),
     }
-    if (reading := _reading(options)) != METRES:
+    if (reading := reading_of(options)) != METRES:
         fixed["reading"] = asdict(reading)
     runs = [fixed | run for run in varied]
     found = sweep_all(methods.pack, runs, options.out, options.workers, options.scheduler, progress=True)
@@ -242,7 +240,7 @@ def check(options: argparse.Namespace) -> int:
     check_clearances(options)
     bodies, container = gltf.read_scene(options.scene)
     stay = np.tile(np.eye(4), (len(bodies), 1, 1))
-    given = _given(options, *CLEARANCES)
+    given = given_of(options, *CLEARANCES)
     asked, record = {}, recorded(options.scene)
     if "clearance" not in given:
         bodies, asked = asked_of(bodies, record)
@@ -264,7 +262,7 @@ def figures(options: argparse.Namespace) -> int:
 
 def _box(container, options: argparse.Namespace) -> str:
     """The edges of the box that was found, in the user's unit."""
-    edges = " x ".join(f"{edge / _reading(options).metres:.4g}" for edge in container.size)
+    edges = " x ".join(f"{edge / reading_of(options).metres:.4g}" for edge in container.size)
     return f" in a box of {edges} {options.unit}"
 
 
@@ -284,53 +282,3 @@ def _removal(removed) -> str:
     if not removed.stuck:
         return "all objects can be taken out one by one by straight pulls"
     return f"{len(removed.stuck)} objects interlock, no straight pull takes them out: {', '.join(removed.stuck)}"
-
-
-def _given(options: argparse.Namespace, *names: str) -> dict:
-    """The options of these names that were given; lengths in metres."""
-    values = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
-    for name in values.keys() & LENGTHS:
-        value, metres = values[name], _metres(options)
-        values[name] = [one * metres for one in value] if isinstance(value, list) else value * metres
-    return values
-
-
-def _metres(options: argparse.Namespace) -> float:
-    from ..geometry.loading import Reading
-
-    return Reading(options.unit).metres
-
-
-def _counted(count: int | None) -> dict:
-    return {} if count is None else {"count": count}
-
-
-def _method(options: argparse.Namespace, given: dict) -> str:
-    """The method, as named or by the container. Raises InputError if it would ignore a setting that is given."""
-    from ..geometry import containers
-    from ..packing import methods
-
-    free = options.container.split(":")[0] == "auto"
-    box = containers.parse(options.container, _reading(options)) if free else None
-    method = methods.resolve_method(options.method, box)
-    methods.refuse_ignored(method, given, box)
-    return method
-
-
-def _container(options: argparse.Namespace, whole_path: bool = False) -> str:
-    """The container's description, as `containers.parse` has it; whole_path : a mesh's from the root on."""
-    from ..geometry.containers import CAVITY
-
-    if options.container.split(":")[0] in ("box", "auto"):
-        if options.cavity:
-            raise InputError(f"--cavity needs a vessel's mesh, got {options.container}; leave it out")
-        return options.container
-    path = str(Path(options.container).resolve()) if whole_path else options.container
-    return (CAVITY if options.cavity else "") + path
-
-
-def _reading(options: argparse.Namespace):
-    """What files and lengths mean: a `loading.Reading`."""
-    from ..geometry.loading import Reading
-
-    return Reading(options.unit, options.repair, options.together, options.split)
