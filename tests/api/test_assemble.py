@@ -37,7 +37,6 @@ def test_the_pieces_alone_are_enough(broken):
     _, shards, truth = broken
     found = rasp.assemble(shards)
     assert measure(shards, found.matrices, truth).parts == 1
-    assert found.holes is not None  # a mug: its handle may be taken for one
     assert repr(found).startswith("<Assembly of 2 parts, creases matched: ")
 
 
