@@ -253,5 +253,5 @@ def _single_point_poses(own: Creases, others: Creases, random: np.random.Generat
 
 def _frames(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """`(B, 3, 3)` orthonormal columns, the first two in the plane of two unit vectors that are not parallel."""
-    apart, middle = finding._unit(one - other), finding._unit(one + other)
+    apart, middle = finding.unit(one - other), finding.unit(one + other)
     return np.stack([apart, middle, np.cross(apart, middle)], axis=2)

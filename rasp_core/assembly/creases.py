@@ -61,7 +61,7 @@ def find_creases(points: np.ndarray, normals: np.ndarray, spacing: float) -> Cre
     for _ in range(SETTINGS.rounds):
         nearer = np.einsum("pki,pi->pk", around, second) > np.einsum("pki,pi->pk", around, first)
         on_first, on_second = (same_wall & ~nearer)[..., None], (same_wall & nearer)[..., None]
-        first, second = _unit((around * on_first).sum(1)), _unit((around * on_second).sum(1))
+        first, second = unit((around * on_first).sum(1)), unit((around * on_second).sum(1))
     counts = np.stack([on_first.sum((1, 2)), on_second.sum((1, 2))])
     sides = zip((on_first, on_second), counts, strict=True)
     middles = [(places * on).sum(1) / np.maximum(count, 1)[:, None] for on, count in sides]
@@ -73,7 +73,7 @@ def find_creases(points: np.ndarray, normals: np.ndarray, spacing: float) -> Cre
         & (((middles[1] - middles[0]) * first).sum(1) < 0)  # bent outwards
     )
     first, second = first[kept], second[kept]
-    along = _unit(np.cross(first, second))
+    along = unit(np.cross(first, second))
     planes = np.stack([first, second, along], axis=1)
     middle = (middles[0][kept] + middles[1][kept]) / 2
     offsets = [(first * middles[0][kept]).sum(1), (second * middles[1][kept]).sum(1), (along * middle).sum(1)]
@@ -152,5 +152,6 @@ def _apart(places: np.ndarray, gap: float) -> np.ndarray:
     return np.array(kept, np.int64)
 
 
-def _unit(vectors: np.ndarray) -> np.ndarray:
+def unit(vectors: np.ndarray) -> np.ndarray:
+    """Vectors `(..., 3)` with length 1; 0 stays 0."""
     return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12)
