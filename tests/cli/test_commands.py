@@ -131,16 +131,8 @@ def test_a_sweep_refuses_what_it_cannot_do(cans, tmp_path, capsys, option, value
 def test_real_pools_are_packed_and_judged_by_booleans_of_the_scene_alone(data, tmp_path, group, options):
     """A short search in a part of IR-BPP's container; every node a rigid copy of its file, nothing overlapping."""
     out = tmp_path / "out"
-    arguments = [
-        "pack",
-        str(data / group),
-        "--container",
-        "box:0.16,0.16,0.16",
-        "--iterations",
-        "150",
-        "--out",
-        str(out),
-    ]
+    small = ["--container", "box:0.16,0.16,0.16", "--iterations", "60", "--resolution", "64"]
+    arguments = ["pack", str(data / group), *small, "--out", str(out)]
     assert main([*arguments, *options]) == 0
     scene = trimesh.load_scene(out / "scene.glb")
     for node in set(scene.graph.nodes_geometry) - {"container"}:
