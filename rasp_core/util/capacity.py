@@ -84,10 +84,11 @@ def ranges(start: Tensor, count: Tensor, name: str) -> tuple[Tensor, Tensor, Ten
 
 
 def only(real: Tensor | None, values: Tensor) -> Tensor:
-    """`values` `(M, ...)`, and 0 for those that are not real."""
+    """`values` `(M, ...)`, and 0 or False for those that are not real."""
     if real is None:
         return values
-    return torch.where(real.view(-1, *[1] * (values.dim() - 1)), values, 0)
+    real = real.view(-1, *[1] * (values.dim() - 1))
+    return values & real if values.dtype == torch.bool else torch.where(real, values, 0)
 
 
 def _with_slack(count: int) -> int:
