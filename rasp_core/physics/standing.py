@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 import trimesh
 from scipy.spatial import ConvexHull
@@ -63,6 +62,8 @@ def stand(vertices: np.ndarray, faces: np.ndarray, seconds: float = 5.0) -> Stan
 
     The unit of length does not count: it is simulated a metre high. Raises InputError unless the seconds are positive.
     """
+    import mujoco
+
     if not seconds > 0:
         raise InputError(f"the simulated seconds must be positive, got {seconds}")
     low = vertices[:, 2].min()
@@ -90,7 +91,9 @@ def _tips_deg(points: np.ndarray, centre: np.ndarray) -> float:
     return float(np.degrees(np.arctan2(inside.min(), centre[2])))
 
 
-def _model(hull: trimesh.Trimesh, solid: trimesh.Trimesh) -> mujoco.MjModel:
+def _model(hull: trimesh.Trimesh, solid: trimesh.Trimesh):
+    import mujoco
+
     spec = mujoco.MjSpec()
     spec.option.timestep = STEP_SECONDS
     spec.option.gravity = [0, 0, -GRAVITY]
