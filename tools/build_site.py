@@ -3,6 +3,8 @@
 python tools/build_site.py FOLDER
 """
 
+import os
+import re
 import shutil
 import subprocess
 import sys
@@ -10,6 +12,7 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
+STYLE = re.compile(r"<style[^>]*>(.*?)</style>", re.S)
 
 
 def build(out: Path) -> None:
@@ -26,6 +29,7 @@ def build(out: Path) -> None:
             raise SystemExit("the site was not built; mend what Sphinx or pdoc says above")
         shutil.copy(html / "README.html", html / "index.html")
         write_gallery(html)
+        share_styles(html / "api")
         for path in (html / "_static").rglob("*.map"):  # for those who debug the theme's scripts
             path.unlink()
         shutil.rmtree(out, ignore_errors=True)
@@ -44,6 +48,19 @@ def start_api(folder: Path) -> subprocess.Popen:
     quiet = ["-W", "ignore:Error parsing type annotation"]  # of names that only type checkers import
     options = ["--template-directory", str(ROOT / "docs" / "pdoc"), "--output-directory", str(folder)]
     return subprocess.Popen([sys.executable, *quiet, "-m", "pdoc", *options, *modules], cwd=ROOT)
+
+
+def share_styles(folder: Path) -> None:
+    """Put the styles that each of pdoc's pages holds, all the same, into one file beside them."""
+    pages = sorted(folder.rglob("*.html"))
+    shared = STYLE.findall(pages[0].read_text(encoding="utf-8"))
+    (folder / "style.css").write_text("\n".join(shared), encoding="utf-8")
+    for page in pages:
+        head, *rest = STYLE.split(page.read_text(encoding="utf-8"))
+        if rest[::2] != shared:
+            continue  # a page of another kind keeps its own
+        there = Path(os.path.relpath(folder / "style.css", page.parent)).as_posix()
+        page.write_text(f'{head}<link rel="stylesheet" href="{there}">{"".join(rest[1::2])}', encoding="utf-8")
 
 
 def write_gallery(html: Path) -> None:
