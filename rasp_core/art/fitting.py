@@ -6,6 +6,7 @@ It is found on coarse pictures and a lattice, by steps along one number at a tim
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -93,19 +94,15 @@ def fit(
     for part in STEPS:
         for _ in range(ROUNDS):
             start = score
-            for k in range(len(pictures)):
-                for axis in range(4):
-                    for sign in (1, -1):
-                        trial = moves[k].copy()
-                        change = trial[axis] - STILL[axis] + sign * part * largest[axis]
-                        trial[axis] = STILL[axis] + np.clip(change, -largest[axis], largest[axis])
-                        tried = now.copy()
-                        tried[k] = moved(coarse[k], trial)
-                        all_moves = np.where(np.arange(len(moves))[:, None] == k, trial, moves)
-                        cost = COST * (np.abs(all_moves - STILL) / np.maximum(largest, 1e-12)).sum()
-                        gained = _score(seen(tried), pixels) - cost
-                        if gained > score + LEAST_GAIN:
-                            score, now, moves[k] = gained, tried, trial
+            for k, axis, sign in itertools.product(range(len(pictures)), range(4), (1, -1)):
+                trial, tried = moves.copy(), now.copy()
+                change = trial[k, axis] - STILL[axis] + sign * part * largest[axis]
+                trial[k, axis] = STILL[axis] + np.clip(change, -largest[axis], largest[axis])
+                tried[k] = moved(coarse[k], trial[k])
+                cost = COST * (np.abs(trial - STILL) / np.maximum(largest, 1e-12)).sum()
+                gained = _score(seen(tried), pixels) - cost
+                if gained > score + LEAST_GAIN:
+                    score, now, moves = gained, tried, trial
             if score == start:
                 break
     fitted = Fitted(moves, before, before)

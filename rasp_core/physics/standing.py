@@ -13,14 +13,13 @@ import trimesh
 from scipy.spatial import ConvexHull
 
 from ..util.errors import InputError
+from .gravity import SIMULATION
 
-STEP_SECONDS = 0.002
 DROPPED = 1e-3  # of the solid's height: how far above the floor it begins
 FLAT = 1e-4  # of the height: how far above the lowest point a corner is taken to touch
 MOST_TURNED_DEG = 1.0  # that a solid which stands may have turned
-FRICTION = 0.5
 GRAVITY = 9.81
-LEAST_HEIGHT = 1.0  # metres that the simulated solid is high, so that contacts are alike for all
+HEIGHT = 1.0  # metres that the simulated solid is high, so that contacts are alike for all
 
 
 @dataclass(frozen=True)
@@ -68,16 +67,16 @@ def stand(vertices: np.ndarray, faces: np.ndarray, seconds: float = 5.0) -> Stan
         raise InputError(f"the simulated seconds must be positive, got {seconds}")
     low = vertices[:, 2].min()
     height = float(np.ptp(vertices[:, 2]))
-    solid = trimesh.Trimesh((vertices - [0, 0, low]) * (LEAST_HEIGHT / height), faces, process=False)
+    solid = trimesh.Trimesh((vertices - [0, 0, low]) * (HEIGHT / height), faces, process=False)
     hull = solid.convex_hull
     centre = solid.center_mass
     model = _model(hull, solid)
     data = mujoco.MjData(model)
     start = data.qpos.copy()
-    for _ in range(max(1, round(seconds / STEP_SECONDS))):
+    for _ in range(max(1, round(seconds / SIMULATION.step_seconds))):
         mujoco.mj_step(model, data)
     turned = np.degrees(2 * np.arccos(np.clip(abs(data.qpos[3]), 0, 1)))
-    moved = float(np.linalg.norm(data.qpos[:2] - start[:2])) / LEAST_HEIGHT
+    moved = float(np.linalg.norm(data.qpos[:2] - start[:2])) / HEIGHT
     return Standing(_tips_deg(np.asarray(hull.vertices), centre), float(turned), moved, seconds)
 
 
@@ -95,13 +94,13 @@ def _model(hull: trimesh.Trimesh, solid: trimesh.Trimesh):
     import mujoco
 
     spec = mujoco.MjSpec()
-    spec.option.timestep = STEP_SECONDS
+    spec.option.timestep = SIMULATION.step_seconds
     spec.option.gravity = [0, 0, -GRAVITY]
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    friction = [FRICTION, 0.005, 0.0001]
+    friction = [SIMULATION.friction, 0.005, 0.0001]
     spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1], friction=friction)
-    body = spec.worldbody.add_body(name="solid", pos=[0, 0, DROPPED * LEAST_HEIGHT])
+    body = spec.worldbody.add_body(name="solid", pos=[0, 0, DROPPED * HEIGHT])
     body.add_freejoint()
     inertia = solid.moment_inertia / solid.mass
     body.explicitinertial = True
