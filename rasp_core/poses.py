@@ -121,6 +121,14 @@ def file_to_world(bodies: Sequence[Body], rotation: Tensor, translation: Tensor)
     return matrices
 
 
+def from_matrices(bodies: Sequence[Body], matrices: np.ndarray) -> Poses:
+    """The inverse of `file_to_world`: poses, in float64, of bodies whose files' vertices matrices `(N, 4, 4)` place."""
+    rotation = matrices[:, :3, :3]
+    centres = np.array([body.centre for body in bodies]).reshape(-1, 3)
+    places = matrices[:, :3, 3] + np.einsum("nij,nj->ni", rotation, centres)
+    return Poses(torch.from_numpy(np.array(rotation, np.float64)), torch.from_numpy(places))
+
+
 def angles_to_quaternion(angles_rad: Tensor) -> Tensor:
     """`(..., 3)` angles about x, y, z in radians -> `(..., 4)` unit quaternions.
 

@@ -1,4 +1,4 @@
-"""Several boxes of one kind: all parts in as few of them as are found, each a packing of its own."""
+"""Several boxes, of one kind or more: all parts in as few of them as are found, each a packing of its own."""
 
 from __future__ import annotations
 
@@ -10,19 +10,25 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ..geometry.containers import Container, FreeBox
+import numpy as np
+
+from ..geometry.containers import Container, FreeBox, parse
+from ..geometry.loading import METRES, Reading
 from ..geometry.meshes import Body
+from ..io import tables
 from ..io.atomic_files import whole
 from ..packing.boxes import fill_boxes, least_number
 from ..packing.constructive import RULES
 from ..packing.methods import SETTINGS, USES, refuse_ignored, resolve_method
-from ..packing.pool import check_sizes
+from ..packing.pool import check_sizes, fitting
 from ..util.errors import InputError
 from .inputs import as_bodies, as_container
 from .pack import PackingResult, pack, with_zones
 from .run_folder import RECORD, check_writable
 
 SUMMARY, TABLE = "boxes.json", "boxes.csv"
+ONE = (str, Path, Container, FreeBox)  # what names one container
+MOST_BOXES = 1000  # of one kind in a table
 PLACEMENT = "spectral"  # what boxes are filled by before a search refills them
 
 
@@ -59,6 +65,11 @@ class BoxesResult:
         return all(packed.dismantling is None or packed.dismantling.holds for packed in self.packings)
 
     @property
+    def resting(self) -> bool:
+        """Whether every box of which that was asked stands by itself."""
+        return all(packed.resting is None or packed.resting.holds for packed in self.packings)
+
+    @property
     def missing(self) -> list[str]:
         """Names of the objects that must go in and did not."""
         return [body.name for body in self.left if body.wishes.must]
@@ -66,7 +77,8 @@ class BoxesResult:
     @property
     def density(self) -> float:
         """Eq. 6 of all boxes together."""
-        return sum(packed.density for packed in self.packings) / len(self.packings)
+        volumes = [packed.container.volume for packed in self.packings]
+        return sum(p.density * v for p, v in zip(self.packings, volumes, strict=True)) / sum(volumes)
 
     def headline(self) -> str:
         """What it is, in one line."""
@@ -82,6 +94,7 @@ class BoxesResult:
             told.append(f"box {number}: {len(packed.bodies)} objects, density {packed.density:.4f}")
             told += [f"box {number}: {line}" for line in certificate.lines(unit)[:20]]
             told += [] if packed.dismantling is None else [f"box {number}: {packed.dismantling.summary()}"]
+            told += [] if packed.resting is None else [f"box {number}: {packed.resting.summary(unit)}"]
             told += [] if gaps is None else [f"box {number}: {gaps.summary(unit)}"]
         if self.left:
             told.append(f"in none of the boxes: {', '.join(body.name for body in self.left)}")
@@ -99,6 +112,8 @@ class BoxesResult:
             "boxes": [
                 {
                     "folder": folder_name(number),
+                    "container": packed.container.body.name,
+                    "extent": np.ptp(packed.container.bounds, axis=0).tolist(),
                     "objects": len(packed.bodies),
                     "density": packed.density,
                     "certified": packed.certificate.holds,
@@ -142,7 +157,7 @@ class BoxesResult:
 
 def pack_boxes(
     parts: str | Path | Sequence[Body] | Sequence[str | Path],
-    container: str | Path | Container,
+    container: str | Path | Container | Sequence[str | Path | Container],
     method: str | None = None,
     *,
     boxes: int | None = None,
@@ -151,14 +166,15 @@ def pack_boxes(
     unit: str = "m",
     **options,
 ) -> BoxesResult:
-    """Pack rigid objects into as few boxes as are found, all like `container`, each certified.
+    """Pack rigid objects into as few boxes as are found, each certified.
 
-    parts, container, method, keep_out, unit : as `pack` has them. boxes : so many at most, None for as many as are
-    needed. What must go in goes into the first boxes. Boxes are filled by spectral placements, then refilled by the
-    method as far as that gains. time_limit : seconds for refilling, all boxes together. options : the others of `pack`
-    but count and fixed.
+    parts, method, keep_out, unit : as `pack` has them. container : what all boxes are like, as `pack` has it, or
+    several, in the order in which they are filled; the last of them is repeated. boxes : so many at most, None for as
+    many as are needed. What must go in goes into the first boxes, and what is too large for one into a later one.
+    Boxes are filled by spectral placements, then refilled by the method as far as that gains. time_limit : seconds for
+    refilling, all boxes together. options : the others of `pack` but count and fixed.
 
-    Raises InputError as `pack` does, for a number of boxes below 1, or a box to be found.
+    Raises InputError as `pack` does, for a number of boxes below 1, no container, or a box to be found.
 
     >>> import rasp_core as rasp
     >>> from data_fetch import kitchen_like
@@ -171,32 +187,66 @@ def pack_boxes(
     for name in ("count", "fixed"):
         if options.get(name):
             raise InputError(f"{name} is of one box, and several are asked for; leave one of them out")
-    bodies, room = as_bodies(parts), as_container(container)
-    if isinstance(room, FreeBox):
-        raise InputError("several boxes are of one given kind; give their edges, such as box:0.3,0.2,0.2")
-    room = with_zones(room, keep_out)
-    check_sizes(bodies, room, unit)
+    bodies = as_bodies(parts)
+    rooms = [as_container(one) for one in ([container] if isinstance(container, ONE) else container)]
+    if not rooms or any(isinstance(room, FreeBox) for room in rooms):
+        raise InputError("several boxes are of given kinds; give their edges, such as box:0.3,0.2,0.2")
+    zoned = {id(room): with_zones(room, keep_out) for room in rooms}
+    fits = {key: fitting(bodies, room) for key, room in zoned.items()}
+    rooms, small = [zoned[id(room)] for room in rooms], [fits[id(room)] for room in rooms]
+    nowhere = [body for i, body in enumerate(bodies) if not any(i in some for some in small)]
+    if nowhere or not bodies:
+        check_sizes(nowhere, max(rooms, key=lambda room: room.volume), unit)
 
-    method = resolve_method(method, room)
+    method = resolve_method(method, rooms[0])
     shared = {name: value for name, value in options.items() if name not in SETTINGS or name in USES[PLACEMENT]}
 
-    def place(some: Sequence[Body]) -> PackingResult:
-        return pack(some, room, method if method in RULES else PLACEMENT, unit=unit, **shared)
+    def place(some: Sequence[Body], kind: int) -> PackingResult:
+        return pack(some, rooms[kind], method if method in RULES else PLACEMENT, unit=unit, **shared)
 
-    def search(some: Sequence[Body], seconds: float | None) -> PackingResult:
-        return pack(some, room, method, time_limit=seconds, unit=unit, **options)
+    def search(some: Sequence[Body], kind: int, seconds: float | None) -> PackingResult:
+        return pack(some, rooms[kind], method, time_limit=seconds, unit=unit, **options)
 
-    refuse_ignored(method, {name: value for name, value in options.items() if value is not None}, room)
-    found = fill_boxes(place, search, bodies, room.volume, boxes, time_limit)
-    packings = [
-        replace(
-            packed, chosen=indices, pool=len(bodies), musts=[body.name for body in packed.bodies if body.wishes.must]
-        )
-        for packed, indices in found
-    ]
-    packed = {i for _, indices in found for i in indices}
+    refuse_ignored(method, {name: value for name, value in options.items() if value is not None}, rooms[0])
+    volumes = [room.volume for room in rooms]
+    found = fill_boxes(place, search, bodies, volumes, boxes, time_limit, small)
+    packings = []
+    for box in found:
+        musts = [body.name for body in box.packed.bodies if body.wishes.must]
+        packings.append(replace(box.packed, chosen=box.indices, pool=len(bodies), musts=musts))
+    packed = {i for box in found for i in box.indices}
     left = [body for i, body in enumerate(bodies) if i not in packed]
-    return BoxesResult(packings, left, least_number(bodies, room.volume), time.monotonic() - began)
+    return BoxesResult(packings, left, least_number(bodies, volumes), time.monotonic() - began)
+
+
+def read_boxes(
+    path: str | Path, reading: Reading = METRES, directions: Sequence[tuple[float, float]] | None = None
+) -> tuple[list[Container], int | None]:
+    """The boxes of a table, in its order, and how many there are at most: a CSV with the columns container, as
+    `containers.parse` has it (files relative to the table), and count, a whole number, 1 if there is none, or auto in
+    the last row, for as many as are needed. directions : azimuth and elevation in degrees of each view of all boxes.
+
+    Raises InputError naming row, column and what is expected.
+    """
+    path, found, most = Path(path), [], 0
+    rows = tables.rows(path, {"container": "box:X,Y,Z or a mesh file"}, ("count",))
+    for number, cells in rows:
+        text, count = cells["container"], cells.get("count", "1").lower()
+        if count == "auto" and number == rows[-1][0]:
+            most = None
+        elif not (count.isdecimal() and 1 <= int(count) <= MOST_BOXES):
+            raise InputError(
+                f"{path}: row {number}, column count: a whole number from 1 to {MOST_BOXES}, or auto in the last row, "
+                f"is expected, got {cells['count']!r}"
+            )
+        try:
+            room = parse(text if text.startswith(("box:", "auto")) else str(path.parent / text), reading)
+        except InputError as error:
+            raise InputError(f"{path}: row {number}, column container: {error}") from error
+        room = room if directions is None or isinstance(room, FreeBox) else room.seen_from(directions)
+        found += [room] * (1 if most is None else int(count))
+        most = None if most is None else len(found)
+    return found, most
 
 
 def folder_name(number: int | str) -> str:

@@ -21,7 +21,9 @@ from ..io.exports import formats
 from ..packing import methods
 from ..packing.clearance import clearance_of
 from ..packing.separable import check_open, made_separable
-from ..physics import disassembly, gravity
+from ..physics import disassembly
+from ..physics import gravity as falling
+from ..physics.resting import Resting, check_may_rest, made_resting
 from ..problem import Settings
 from ..util.devices import resolve_device
 from ..util.errors import InputError
@@ -42,7 +44,8 @@ class PackingResult(Result):
     method : that found it. chosen : indices into the pool, in the order of `bodies`, whose last may be fixed ones.
     pool : how many there were. musts : names of those that must go in. rounds : what each round left.
     losses : `(I, 5)` of every iteration of every round. recording : of poses and losses, where it was asked for.
-    dismantling : how it comes apart through the top, where `separable` was.
+    dismantling : how it comes apart through the top, where `separable` was. resting : how it stands, where `gravity`
+    was.
     """
 
     method: str
@@ -54,6 +57,7 @@ class PackingResult(Result):
     musts: list[str]
     recording: Recording | None = None
     dismantling: Dismantling | None = None
+    resting: Resting | None = None
 
     @property
     def history(self) -> np.ndarray:
@@ -97,12 +101,12 @@ class PackingResult(Result):
             raise InputError("the order to load it is not known; pack with separable=True")
         return LoadingOrder(self.bodies, self.matrices, self.container, self.dismantling)
 
-    def settle(self) -> gravity.Settled:
+    def settle(self) -> falling.Settled:
         """Where the objects come to rest under gravity, certified again: with the same clearance, if one was asked for,
         which objects that rest on each other do not keep. Raises InputError where some are fixed."""
         if self.fixed:
             raise InputError("what is fixed does not fall, and nothing settles about it; leave out --settle or --fixed")
-        settled, gaps = gravity.settle(self.bodies, self.matrices, self.container), self.certificate.gaps
+        settled, gaps = falling.settle(self.bodies, self.matrices, self.container), self.certificate.gaps
         if gaps is None:
             return settled
         asked = gaps.of(self.bodies), gaps.wall_clearance
@@ -124,13 +128,14 @@ class PackingResult(Result):
             "removal": self.removal.to_dict(),
             **({"missing": self.missing} if self.musts else {}),
             **({} if self.dismantling is None else {"separable": self.dismantling.to_dict()}),
+            **({} if self.resting is None else {"gravity": self.resting.to_dict()}),
         }
 
     def save(
         self,
         folder: str | Path,
         facts: Mapping | None = None,
-        settled: gravity.Settled | None = None,
+        settled: falling.Settled | None = None,
         export: str = "",
     ) -> Path:
         """As `Result.save`, with run.html where there is a recording, and load.html where `separable` was asked for;
@@ -166,6 +171,7 @@ def pack(
     keep_out: str | Path | Sequence[Body] | Sequence[str | Path] = (),
     record: bool = False,
     separable: bool = False,
+    gravity: bool = False,
     **settings,
 ) -> PackingResult:
     """Pack rigid objects into a container so that no two overlap, and certify it by exact booleans.
@@ -184,6 +190,8 @@ def pack(
     record : keep poses and losses on the way ("paper"), to be shown as `recording`; nothing else changes.
     separable : only what comes apart through the container's open top (its highest plane), one by one by straight
     pulls; `dismantling` has them. What locks is left out or dropped on top instead; a box to be found grows for that.
+    gravity : what is found falls and comes to rest, and what then has room is dropped onto it; `resting` says how it
+    stands by itself.
     settings : further ones by the names of `problem.Settings` (lambda_, epsilon, iterations, resolution, ...).
 
     Raises InputError for a setting that the method would ignore, a clearance below 0, for objects larger than
@@ -209,6 +217,8 @@ def pack(
         raise InputError("record shows all objects on their way, and fixed ones stay in their places; leave one out")
     if separable:
         check_open(bodies, room)
+    if gravity:
+        check_may_rest([*bodies, *there], room, clearance, wall_clearance, separable)
     recorder, chosen = _recorder(bodies, room) if record else None, resolve_device(device)
     packed = methods.search(
         method=method,
@@ -227,6 +237,9 @@ def pack(
     if separable:
         pool = [*bodies, *there]
         packed = made_separable(packed, pool, room, clearance_of(pool, clearance, wall_clearance), count, chosen)
+    resting = None
+    if gravity:
+        packed, resting = made_resting(packed, bodies, room, count, chosen)
     return PackingResult(
         arrangement=packed.arrangement,
         certificate=packed.certificate,
@@ -239,6 +252,7 @@ def pack(
         device=str(chosen),
         musts=[body.name for body in bodies if body.wishes.must],
         dismantling=packed.dismantling,
+        resting=resting,
         recording=recorder and recorder.recording(packed.chosen, packed.poses, Settings(**settings).viewing_volume),
     )
 

@@ -29,8 +29,28 @@ def check_together(options: argparse.Namespace) -> None:
         raise InputError("--settle is of one box, and --boxes asks for several; settle each of them by its scene")
     if options.settle and options.fixed:
         raise InputError("--settle lets all objects fall, and those of --fixed stay; leave one of them out")
+    if options.settle and options.gravity:
+        raise InputError("--gravity lets objects fall while they are packed, --settle afterwards; ask for one of them")
+    if options.record and options.gravity:
+        raise InputError("--record shows the search, and --gravity moves what it found; leave one of them out")
     if options.record and (options.boxes or options.fixed):
         raise InputError("--record shows the objects of one box on their way; leave out --boxes and --fixed")
+
+
+def table_of(options: argparse.Namespace) -> str | None:
+    """The table of boxes, None where they are like the container."""
+    table = options.boxes if options.boxes and options.boxes.lower().endswith(".csv") else None
+    if table and (options.container or options.cavity):
+        raise InputError(
+            "--container and --cavity are of one kind of box, and the table of --boxes has all; leave them"
+        )
+    return table
+
+
+def check_container(options: argparse.Namespace, table: str | None = None) -> None:
+    """There is a container."""
+    if options.container is None and table is None:
+        raise InputError("--container is needed, such as --container box:0.3,0.2,0.2, a mesh, or auto:cube")
 
 
 def count_of(text: str, option: str = "--count") -> int | None:

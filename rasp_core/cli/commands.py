@@ -13,7 +13,17 @@ from pathlib import Path
 from ..io.atomic_files import whole
 from ..util.errors import InputError
 from ..util.loading import loading
-from .checks import CLEARANCES, build_of, check_clearances, check_time, check_together, count_of, fit_of
+from .checks import (
+    CLEARANCES,
+    build_of,
+    check_clearances,
+    check_container,
+    check_time,
+    check_together,
+    count_of,
+    fit_of,
+    table_of,
+)
 from .options import SETTINGS, WEIGHTS, container_of, counted, given_of, method_of, reading_of
 
 SWEPT = (
@@ -25,7 +35,7 @@ SWEPT = (
 def pack(options: argparse.Namespace) -> int:
     """Pack objects into a container."""
     with loading():
-        from ..api.boxes import pack_boxes
+        from ..api.boxes import pack_boxes, read_boxes
         from ..api.inputs import as_fixed
         from ..api.pack import pack as pack_parts
         from ..api.run_folder import check_writable
@@ -34,16 +44,22 @@ def pack(options: argparse.Namespace) -> int:
         from ..io.exports import formats
         from ..packing import methods
 
-    count, boxes = count_of(options.count), None if options.boxes is None else count_of(options.boxes, "--boxes")
+    count, table = count_of(options.count), table_of(options)
+    boxes = None if table or options.boxes is None else count_of(options.boxes, "--boxes")
+    check_container(options, table)
     check_time(options)
     check_clearances(options)
     formats(options.export)
     check_together(options)
     folder, reading = check_writable(options.out), reading_of(options)
     method = method_of(options, given_of(options, "time_limit", "effort", "record", *SETTINGS) | counted(count))
+    rooms = []
+    if table:
+        views = methods.directions_of(options.azimuths_deg, options.elevations_deg)
+        rooms, boxes = read_boxes(table, reading, views)
     bodies, container, scale = methods.load(
         objects=options.objects,
-        container=container_of(options),
+        container=rooms[0] if table else container_of(options),
         repeat=options.repeat,
         fit_objects=options.fit_objects,
         seed=options.seed,
@@ -63,22 +79,25 @@ def pack(options: argparse.Namespace) -> int:
         "unit": options.unit,
         "fixed": as_fixed(options.fixed or (), reading),
         "separable": options.separable,
+        "gravity": options.gravity,
         "keep_out": load_bodies(options.keep_out, reading) if options.keep_out else (),
         **given_of(options, *SETTINGS, *CLEARANCES),
     }
     if options.boxes:
-        found = pack_boxes(bodies, container, method, boxes=boxes, **asked)
+        found = pack_boxes(bodies, rooms or container, method, boxes=boxes, **asked)
         found.save(folder, {"object_scale": scale}, options.export)
         for line in found.lines(options.unit):
             print(f"rasp: {line}", file=sys.stderr)
         print(f"{folder}: {found.headline()}; by volume alone {found.least}")
-        return 0 if found.certified and found.separable and not found.missing else 1
+        return 0 if found.certified and found.separable and found.resting and not found.missing else 1
     packed = pack_parts(bodies, container, method, record=bool(options.record), **asked)
     apart = packed.dismantling
     print(f"rasp: {_removal(packed.removal) if apart is None else apart.summary()}", file=sys.stderr)
     if any(packed.gradient_shares.values()):
         shares = ", ".join(f"{name} {share:.0%}" for name, share in packed.gradient_shares.items())
         print(f"rasp: shares of the gradient, in the mean over the run: {shares}", file=sys.stderr)
+    if packed.resting is not None:
+        print(f"rasp: {packed.resting.summary(options.unit)}", file=sys.stderr)
     settled = packed.settle() if options.settle else None
     for line in settled.lines(options.unit) if settled else ():
         print(f"rasp: {line}", file=sys.stderr)
@@ -88,7 +107,8 @@ def pack(options: argparse.Namespace) -> int:
     _say(f"{len(packed.chosen)} objects{around}{within}", packed.density, packed.certificate, folder, options.unit)
     if packed.missing:
         print(f"rasp: must go in, but found no place: {', '.join(packed.missing)}", file=sys.stderr)
-    return 0 if packed.certificate.holds and not packed.missing and (apart is None or apart.holds) else 1
+    asked = [one.holds for one in (apart, packed.resting) if one is not None]
+    return 0 if packed.certificate.holds and not packed.missing and all(asked) else 1
 
 
 def assemble(options: argparse.Namespace) -> int:
@@ -187,6 +207,7 @@ def sweep(options: argparse.Namespace) -> int:
         from .sweep import grid
         from .sweep import sweep as sweep_all
 
+    check_container(options)
     check_time(options)
     check_clearances(options)
     if options.seeds < 1:

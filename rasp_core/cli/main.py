@@ -96,10 +96,13 @@ def _parser() -> _Parser:
         "--fixed", action="append", metavar="FILE", help="a run or meshes whose objects stay in their places"
     )
     pack.add_argument(
-        "--boxes", metavar="N", help="all objects in at most N boxes like the container; auto: as few as go"
+        "--boxes",
+        metavar="N|CSV",
+        help="all objects in at most N boxes like the container; auto: as few as go; or a table: container, count",
     )
     pack.add_argument("--keep-out", action="append", metavar="FILE", help="a closed mesh, a zone that stays free")
     pack.add_argument("--settle", action="store_true", help="let the packing fall under gravity, and judge it anew")
+    pack.add_argument("--gravity", action="store_true", help="what is found comes to rest under gravity, and stands")
     pack.add_argument("--export", default="", metavar="FORMATS", help="of 3mf,stl,csv: the parts in their places")
     pack.add_argument(
         "--record", action="store_true", default=None, help="also run.html: how the objects came there, to be played"
@@ -225,7 +228,7 @@ def _add_problem(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--parts", metavar="CSV", help="a table: file, count, must, priority, turns, scale, clearance, colour"
     )
-    parser.add_argument("--container", required=True, help="box:X,Y,Z; a closed mesh; auto, auto:cube or auto:X,Y,*")
+    parser.add_argument("--container", help="box:X,Y,Z; a closed mesh; auto, auto:cube or auto:X,Y,*")
     parser.add_argument("--cavity", action="store_true", help="pack into what the container's mesh holds, not its wall")
     _add_reading(parser)
     _add_clearance(parser)

@@ -41,7 +41,7 @@ def method_of(options: argparse.Namespace, given: dict) -> str:
     from ..geometry import containers
     from ..packing import methods
 
-    free = options.container.split(":")[0] == "auto"
+    free = (options.container or "").split(":")[0] == "auto"
     box = containers.parse(options.container, reading_of(options)) if free else None
     method = methods.resolve_method(options.method, box)
     methods.refuse_ignored(method, given, box)

@@ -76,6 +76,10 @@ class Container:
             return box_views(margin * float(self.size.max()), centre)
         return spread_views(5, margin * diagonal, centre)
 
+    def seen_from(self, directions: Sequence[tuple[float, float]]) -> Container:
+        """The same with other views: azimuth and elevation of each in degrees."""
+        return Container(self.body, self.size, directions)
+
     def scaled(self, factor: float) -> Container:
         """The same, `factor` times as large about the world's origin."""
         body, size = self.body.scaled(factor), None if self.size is None else self.size * factor

@@ -8,10 +8,8 @@ measure of the gap finds the radius.
 
 from __future__ import annotations
 
-import hashlib
 import itertools
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache
 
@@ -21,8 +19,8 @@ import trimesh
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from ..io.atomic_files import whole
-from ..util import caches, o3d
+from ..io.kept_arrays import kept
+from ..util import o3d
 from ..util.errors import InputError
 from .containers import Container, box
 from .meshes import Body, SolidKey, make_body
@@ -109,18 +107,12 @@ def shrunk(container: Container, margin: float) -> Container:
 @lru_cache(maxsize=1024)
 def _cached(known: SolidKey, radius: float) -> tuple[np.ndarray, np.ndarray]:
     body = known.body
-    key = hashlib.sha256(f"{_FORMAT} {body.digest} {radius!r}".encode()).hexdigest()[:32]
-    path = caches.cache_folder() / "grown" / f"{key}.npz"
-    try:
-        with np.load(path, allow_pickle=False) as data:
-            return data["vertices"], data["faces"]
-    except Exception:  # absent or damaged, whatever numpy and zipfile call it: both are mended by growing
-        vertices, faces = _grow(body, radius)
-    with suppress(OSError):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with whole(path) as part, part.open("wb") as file:
-            np.savez(file, vertices=vertices, faces=faces)
-    return vertices, faces
+
+    def grow() -> dict[str, np.ndarray]:
+        return dict(zip(("vertices", "faces"), _grow(body, radius), strict=True))
+
+    found = kept("grown", f"{_FORMAT} {body.digest} {radius!r}", grow)
+    return found["vertices"], found["faces"]
 
 
 def _grow(body: Body, radius: float) -> tuple[np.ndarray, np.ndarray]:
@@ -130,7 +122,7 @@ def _grow(body: Body, radius: float) -> tuple[np.ndarray, np.ndarray]:
     reach = radius * (1 + SPARE) + (simpler if fine else 0)
     pieces, coarse = _convex_pieces(body, radius), _coarse(solid, radius)
 
-    def kept(found: manifold3d.Manifold, most: float) -> float:
+    def clear_of(found: manifold3d.Manifold, most: float) -> float:
         return solid.min_gap(_complement(found, radius), most)
 
     if pieces:
@@ -138,10 +130,10 @@ def _grow(body: Body, radius: float) -> tuple[np.ndarray, np.ndarray]:
     elif coarse is solid:
         large = solid.minkowski_sum(ball(reach))
     elif coarse.num_tri() <= MOST_TRIANGLES:
-        large = _until_kept(reach, lambda further: coarse.minkowski_sum(ball(further)), kept)
+        large = _until_kept(reach, lambda further: coarse.minkowski_sum(ball(further)), clear_of)
     else:
         grid = _distances(body, radius)
-        large = _until_kept(reach, lambda more: solid + _within(grid, more, GRID_SIMPLER_BY * radius), kept)
+        large = _until_kept(reach, lambda more: solid + _within(grid, more, GRID_SIMPLER_BY * radius), clear_of)
     mesh = (large.simplify(simpler) if fine else large).to_mesh64()
     return np.array(mesh.vert_properties, np.float64)[:, :3], np.array(mesh.tri_verts, np.int64)
 

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from ..io import tables
 from ..util.errors import InputError
 from .loading import METRES, Reading, load_bodies
 from .meshes import Body, unique_names
-from .wishes import Wishes, check_turns, turns_of
+from .wishes import WORDS, Wishes, check_turns, turns_of
 
 MOST_COPIES = 100_000
 OTHER_NAMES = {"quantity": "count", "rotate": "turns", "color": "colour"}
@@ -24,9 +24,9 @@ class Item:
     """A part, how many of it, and what is wished of it.
 
     part : a mesh file, a folder, or a body. count : copies. must : all of them go in, before others. priority : of the
-    others the larger go in first. turns : any, z, 90, flat:N or none, as `wishes.turns_of` has it. scale : on its
-    lengths. clearance : metres, None for that of all; of two parts the larger counts. colour : #rrggbb, None for one of
-    the kit's.
+    others the larger go in first. turns : any, z, 90, flat:N, none, or a list such as "0 0 0; 90 0 0", as
+    `wishes.turns_of` has it. scale : on its lengths. clearance : metres, None for that of all; of two parts the larger
+    counts. colour : #rrggbb, None for one of the kit's.
 
     Raises InputError where a field makes no sense.
 
@@ -96,30 +96,11 @@ def read_table(path: str | Path, reading: Reading = METRES) -> list[Item]:
     Raises InputError naming row, column and what is expected.
     """
     path = Path(path)
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            lines = csv.reader(file)
-            rows = [(lines.line_num, row) for row in lines if any(cell.strip() for cell in row)]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        reason = getattr(error, "strerror", None) or "it is no text in UTF-8 with commas"
-        raise InputError(f"{path}: the table cannot be read ({reason})") from error
-    if len(rows) < 2:
-        raise InputError(f"{path}: the table needs a line of column names and a row for each part")
-    names = [OTHER_NAMES.get(cell.strip().lower(), cell.strip().lower()) for cell in rows[0][1]]
-    for column, name in enumerate(names, 1):
-        if name not in ("file", *COLUMNS) or names.count(name) > 1:
-            raise InputError(f"{path}: column {column} is called {name!r}; use each once of file, {', '.join(COLUMNS)}")
-    if "file" not in names:
-        raise InputError(f"{path}: has no column file, the part's mesh")
-    return [_item(path, number, names, row, reading) for number, row in rows[1:]]
+    rows = tables.rows(path, {"file": "the part's mesh"}, tuple(COLUMNS), OTHER_NAMES)
+    return [_item(path, number, cells, reading) for number, cells in rows]
 
 
-def _item(path: Path, number: int, names: Sequence[str], row: Sequence[str], reading: Reading) -> Item:
-    if len(row) > len(names):
-        raise InputError(f"{path}: row {number} has {len(row)} cells for {len(names)} columns")
-    cells = {name: cell.strip() for name, cell in zip(names, row, strict=False) if cell.strip()}
-    if "file" not in cells:
-        raise InputError(f"{path}: row {number}, column file: the part's mesh is needed, got nothing")
+def _item(path: Path, number: int, cells: dict[str, str], reading: Reading) -> Item:
     part = path.parent / cells.pop("file")
     if not part.exists():
         raise InputError(f"{path}: row {number}, column file: {part} is not there")
@@ -162,7 +143,7 @@ COLUMNS: dict[str, tuple[Callable[[str], object], str]] = {
     "count": (int, f"a whole number from 0 to {MOST_COPIES}"),
     "must": (_yes, "yes or no"),
     "priority": (float, "a number, the larger go in first,"),
-    "turns": (_turns, "any, z, 90, flat:N or none"),
+    "turns": (_turns, WORDS),
     "scale": (float, "a positive number"),
     "clearance": (float, "a length of 0 or more"),
     "colour": (str, "#rrggbb"),

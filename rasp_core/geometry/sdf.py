@@ -6,24 +6,22 @@ Baking needs open3d; a grid that is in the cache does not.
 from __future__ import annotations
 
 import copy
-import hashlib
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from ..io.atomic_files import whole
-from ..util import caches, o3d
+from ..io.kept_arrays import kept
+from ..util import o3d
 from .meshes import Body
 
 CELLS = 48  # along the longest edge of the body's bounding box
 NEAR = 0.87  # of a cell: how far a grid's nearest value may be from the truth, half a cell's diagonal
 PADDING = 2  # cells of outside around the bounding box
+CACHE = "sdf"  # folder of kept grids
 _FORMAT = 1  # change it when what is cached changes
 
 
@@ -55,28 +53,15 @@ def bake(vertices: np.ndarray, faces: np.ndarray, cells: int = CELLS, padding: f
     return Grid(np.ascontiguousarray(values, np.float32), origin, spacing)
 
 
-def cache_folder() -> Path:
-    """Where grids are kept."""
-    return caches.cache_folder() / "sdf"
-
-
 def bake_cached(body: Body, cells: int = CELLS, padding: float = PADDING) -> Grid:
-    """`bake` of the body's solid, kept on disk under the hash of its geometry.
+    """`bake` of the body's solid, kept on disk under the hash of its geometry."""
 
-    A cached file that cannot be read is baked again; a cache that cannot be written is done without.
-    """
-    key = hashlib.sha256(f"{_FORMAT} {body.digest} {cells} {padding}".encode()).hexdigest()[:32]
-    path = cache_folder() / f"{key}.npz"
-    try:
-        with np.load(path, allow_pickle=False) as data:
-            return Grid(data["values"], data["origin"], float(data["spacing"]))
-    except Exception:  # absent or damaged, whatever numpy and zipfile call it: both are mended by baking
+    def baked() -> dict[str, np.ndarray]:
         grid = bake(body.solid_vertices, body.solid_faces, cells, padding)
-    with suppress(OSError):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with whole(path) as part, part.open("wb") as file:
-            np.savez(file, values=grid.values, origin=grid.origin, spacing=grid.spacing)
-    return grid
+        return {"values": grid.values, "origin": grid.origin, "spacing": np.array(grid.spacing)}
+
+    found = kept(CACHE, f"{_FORMAT} {body.digest} {cells} {padding}", baked)
+    return Grid(found["values"], found["origin"], float(found["spacing"]))
 
 
 class GridStack:

@@ -6,11 +6,12 @@ from dataclasses import dataclass
 
 import manifold3d
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ..util.errors import InputError
 
 FLAT = "flat:"
-WORDS = f"any, z, 90, {FLAT}N or none"
+WORDS = f"any, z, 90, {FLAT}N, none, or angles about x, y and z in degrees, such as 0 0 0; 90 0 0"
 SAME_NORMAL = 4  # decimals to which the normals of faces that are one agree
 
 
@@ -86,7 +87,8 @@ def turns_of(word: str, solid: manifold3d.Manifold) -> Turns | None:
     """The turns of a word for a body's solid, None for any.
 
     any; z: about the vertical; 90: the 24 that map axes onto axes; flat:N: one of the N largest faces of its convex
-    hull down, and any turn about the vertical; none: as in the file. Raises InputError for other words.
+    hull down, and any turn about the vertical; none: as in the file; or those of a list, as `_listed` has it. Raises
+    InputError for other words.
     """
     word = word.strip().lower()
     check_turns(word)
@@ -96,6 +98,8 @@ def turns_of(word: str, solid: manifold3d.Manifold) -> Turns | None:
         return Turns(word, quarter_turns(), False)
     if word.startswith(FLAT):
         return Turns(word, _faces_down(solid, int(word.removeprefix(FLAT))), True)
+    if (listed := _listed(word)) is not None:
+        return Turns(word, listed, False)
     return Turns(word, np.eye(3)[None], word == "z")
 
 
@@ -104,7 +108,21 @@ def check_turns(word: str) -> None:
     count = word.removeprefix(FLAT)
     if word in ("any", "z", "90", "none") or (word.startswith(FLAT) and count.isdecimal() and int(count) > 0):
         return
+    if _listed(word) is not None:
+        return
     raise InputError(f"turns must be {WORDS}, got {word!r}")
+
+
+def _listed(word: str) -> np.ndarray | None:
+    """Rotations `(B, 3, 3)` of triples of degrees between semicolons, about the world's x first, then y, then z; None
+    if it is no such list."""
+    try:
+        degrees = np.array([[float(angle) for angle in one.split()] for one in word.split(";")])
+    except ValueError:  # no numbers, or not as many in each
+        return None
+    if degrees.ndim != 2 or degrees.shape[1] != 3 or not np.isfinite(degrees).all():
+        return None
+    return Rotation.from_euler("xyz", degrees, degrees=True).as_matrix()
 
 
 def _about_z(angle: float) -> np.ndarray:

@@ -20,12 +20,12 @@ from ..geometry.containers import Container, FreeBox, box
 from ..geometry.growing import grown, shrunk
 from ..geometry.meshes import Body
 from ..geometry.zones import without
-from ..poses import Poses, join
+from ..poses import from_matrices, join
 from ..util.errors import InputError
 from ..util.progress import progress_bar
 from .clearance import Clearance
 from .enclosing_box import enclosing_box
-from .result import Packing, finish
+from .result import Packing, finish_anew
 
 LEAST_SECONDS = 1e-3  # that are left to a search, however long growing took
 FEW_TO_GROW = 4  # bodies, up to which growing shows no bar
@@ -61,29 +61,15 @@ def pack_apart(
     left = None if time_limit is None else max(LEAST_SECONDS, time_limit - (time.monotonic() - began))
     packed = search(large[: len(bodies)], room, time_limit=left)
     chosen = [pool[i] for i in packed.chosen]
-    matrices = torch.from_numpy(packed.matrices)
-    centres = torch.from_numpy(np.array([body.centre for body in chosen]))
-    rotation = matrices[:, :3, :3]
-    poses = Poses(rotation, matrices[:, :3, 3] + (rotation @ centres[:, :, None])[:, :, 0])
+    poses = from_matrices(chosen, packed.matrices)
     if isinstance(container, FreeBox):
         closest, poses = enclosing_box(chosen, poses, _shrunk_box(container, asked.wall))
         container = box([e or size + 2 * asked.wall for e, size in zip(container.edges, closest.size, strict=True)])
 
     def finished(positions: Sequence[int]) -> Packing:
         indices = [*(packed.chosen[i] for i in positions), *range(len(bodies), len(pool))]
-        return finish(
-            pool,
-            indices,
-            join(poses.take(positions), _as_they_lie(fixed)),
-            container,
-            packed.arrangement.settings,
-            device,
-            history=[packed.history],
-            rounds=packed.rounds,
-            pulls=[packed.arrangement.pulls],
-            interrupted=packed.arrangement.interrupted,
-            clearance=None if clearance is None else (asked.parts[indices], asked.wall),
-        )
+        there = from_matrices(fixed, np.tile(np.eye(4), (len(fixed), 1, 1)))
+        return finish_anew(packed, pool, indices, join(poses.take(positions), there), container, device, clearance)
 
     kept = list(range(len(chosen)))
     found = finished(kept)
@@ -105,11 +91,6 @@ def _check_fixed(fixed: Sequence[Body], container: Container | FreeBox) -> None:
         raise InputError(
             f"what is fixed must fit: {certificate.lines()[0]}; leave it out, or name it a zone to keep out"
         )
-
-
-def _as_they_lie(fixed: Sequence[Body]) -> Poses:
-    centres = np.array([body.centre for body in fixed]).reshape(-1, 3)
-    return Poses(torch.eye(3, dtype=torch.float64).expand(len(fixed), 3, 3), torch.from_numpy(centres))
 
 
 def _grown(bodies: Sequence[Body], growth: np.ndarray, progress: bool) -> list[Body]:

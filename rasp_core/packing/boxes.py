@@ -1,4 +1,6 @@
-"""As few equal boxes as are found for all parts: one filled after the other, then refilled from what is over.
+"""As few boxes as are found for all parts: one filled after the other, then refilled from what is over.
+
+Boxes are alike, or of several kinds that come in a given order, the last one as often as is needed.
 
 Boxes are filled by a placement, which needs no more time than it needs. Then a search, in the time that there is, is
 offered a box's objects and those that are over: in no box, or else in the last one. What is worth more stays, and the
@@ -9,9 +11,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from typing import Protocol
-
-import numpy as np
+from typing import NamedTuple, Protocol
 
 from ..exact.certificate import Certificate
 from ..geometry.meshes import Body
@@ -29,31 +29,45 @@ class Packed(Protocol):
     certificate: Certificate
 
 
-Place = Callable[[Sequence[Body]], Packed]
-Search = Callable[[Sequence[Body], float | None], Packed]
-Box = tuple[Packed, list[int]]
+Place = Callable[[Sequence[Body], int], Packed]
+Search = Callable[[Sequence[Body], int, float | None], Packed]
 
 
-def least_number(bodies: Sequence[Body], volume: float) -> int:
-    """Boxes of a volume in cubic metres that bodies need at least, by their own volumes."""
-    return max(1, int(np.ceil(sum(body.volume for body in bodies) / volume * (1 - 1e-9))))
+class Box(NamedTuple):
+    """What is packed into one, the indices of its objects in the pool, and which of the kinds it is."""
+
+    packed: Packed
+    indices: list[int]
+    kind: int
+
+
+def least_number(bodies: Sequence[Body], volumes: Sequence[float]) -> int:
+    """Boxes that bodies need at least by their own volumes; volumes : cubic metres of the first, the second, ..., the
+    last one repeated."""
+    left, number = sum(body.volume for body in bodies) * (1 - 1e-9), 1
+    while (left := left - volumes[min(number, len(volumes)) - 1]) > 0:
+        number += 1
+    return number
 
 
 def fill_boxes(
     place: Place,
     search: Search,
     bodies: Sequence[Body],
-    volume: float,
+    volumes: Sequence[float],
     most: int | None = None,
     time_limit: float | None = None,
+    fitting: Sequence[set[int]] | None = None,
 ) -> list[Box]:
-    """For each box what is packed into it, and the indices of its objects among `bodies`, in their order there.
+    """The boxes, each with the indices of its objects among `bodies`, in their order there.
 
-    place, search : called with bodies, search also with seconds, None without a `time_limit` for all; both raise
-    InputError where nothing goes in. volume : of a box, cubic metres. most : boxes, as many as are needed if None; then
-    what is over is in none of them. Raises InputError as the first placement does.
+    place, search : called with bodies and the box's kind, search also with seconds, None without a `time_limit` for
+    all; both raise InputError where nothing goes in. volumes : of the kinds, cubic metres, in the order in which they
+    are filled; the last one is repeated. most : boxes, as many as are needed if None; then what is over is in none of
+    them. fitting : indices of the bodies that are not too large for each kind, all if None. Raises InputError as the
+    last placement does if nothing goes in anywhere.
     """
-    filling = _Filling(place, search, list(bodies), volume, time_limit)
+    filling = _Filling(place, search, list(bodies), volumes, time_limit, fitting)
     filling.fill(most)
     filling.refill()
     return filling.boxes
@@ -62,27 +76,40 @@ def fill_boxes(
 class _Filling:
     """Boxes under way. left : indices of what is in none of them."""
 
-    def __init__(self, place: Place, search: Search, bodies: list[Body], volume: float, time_limit: float | None):
+    def __init__(
+        self,
+        place: Place,
+        search: Search,
+        bodies: list[Body],
+        volumes: Sequence[float],
+        time_limit: float | None,
+        fitting: Sequence[set[int]] | None,
+    ):
         self.place, self.search, self.bodies = place, search, bodies
-        self.worth, self.volume = Worth(bodies), volume
-        self.least = least_number(bodies, volume)
+        self.worth, self.volumes = Worth(bodies), volumes
+        self.left = list(range(len(bodies)))
+        self.fitting = [set(self.left)] * len(volumes) if fitting is None else fitting
+        self.least = least_number(bodies, volumes)
         self.ends = None if time_limit is None else time.monotonic() + time_limit
         self.boxes: list[Box] = []
-        self.left = list(range(len(bodies)))
 
     def fill(self, most: int | None) -> None:
         """Box after box, until nothing is left, nothing goes in, or they are as many as are allowed."""
-        while (self.left or not self.boxes) and (most is None or len(self.boxes) < most):
+        last, number = len(self.volumes) - 1, 0
+        while (self.left or not self.boxes) and (most is None or number < most):
+            kind, number = min(number, last), number + 1
             try:
-                box = self._packed(self.left, self.place)
+                box = self._packed(self.left, kind, self.place)
             except InputError:
+                if kind < last and (most is None or number < most):
+                    continue  # the next is perhaps larger
                 if not self.boxes:
                     raise
                 self.left = []  # what goes into no empty box is not offered to others
-                self.least = least_number([self.bodies[i] for _, box in self.boxes for i in box], self.volume)
+                self.least = least_number([self.bodies[i] for box in self.boxes for i in box.indices], self.volumes)
                 return
             self.boxes.append(box)
-            self.left = [i for i in self.left if i not in set(box[1])]
+            self.left = [i for i in self.left if i not in set(box.indices)]
 
     def refill(self) -> None:
         """Offer each box what is over, one after the other, until all have been offered it in vain."""
@@ -103,23 +130,28 @@ class _Filling:
 
     def _refilled(self, number: int, seconds: float | None) -> bool:
         """Whether a box was filled with more."""
-        before, over = self.boxes[number][1], self.left or self.boxes[-1][1]
-        box = self._packed([*before, *over], lambda bodies: self.search(bodies, seconds))
-        rest = [i for i in (*before, *over) if i not in set(box[1])]
-        if not (box[0].certificate.holds and self.worth.more(box[1], before, GAINED * self.volume)):
+        before, over, kind = self.boxes[number].indices, self.left or self.boxes[-1].indices, self.boxes[number].kind
+        box = self._packed([*before, *over], kind, lambda bodies, kind: self.search(bodies, kind, seconds))
+        rest = [i for i in (*before, *over) if i not in set(box.indices)]
+        if not (box.packed.certificate.holds and self.worth.more(box.indices, before, GAINED * self.volumes[kind])):
             return False
         if self.left:
             self.left = rest
         elif not rest:
             self.boxes.pop()
         else:
-            again = self._packed(rest, self.place)
-            if not again[0].certificate.holds or len(again[1]) < len(rest):
+            if not self.fitting[self.boxes[-1].kind].issuperset(rest):
+                return False
+            again = self._packed(rest, self.boxes[-1].kind, self.place)
+            if not again.packed.certificate.holds or len(again.indices) < len(rest):
                 return False
             self.boxes[-1] = again
         self.boxes[number] = box
         return True
 
-    def _packed(self, indices: list[int], search: Place) -> Box:
-        found = search([self.bodies[i] for i in indices])
-        return found, [indices[i] for i in found.chosen]
+    def _packed(self, indices: list[int], kind: int, search: Place) -> Box:
+        offered = [i for i in indices if i in self.fitting[kind]]
+        if not offered:
+            raise InputError("not one of the objects is small enough for the container; enlarge it")
+        found = search([self.bodies[i] for i in offered], kind)
+        return Box(found, [offered[i] for i in found.chosen], kind)

@@ -54,7 +54,7 @@ OPTIONS = {  # of the command line, by the setting's name
 
 def load(
     objects: Sequence[str],
-    container: str,
+    container: str | Container,
     repeat: int | None = None,
     fit_objects: int | None = None,
     seed: int = 0,
@@ -67,21 +67,19 @@ def load(
     """The pool, the container, and the factor on the objects' lengths.
 
     objects : mesh files or folders, or words like `part.stl*12`. parts : a table of more, as `items.read_table` has it.
-    container : as `containers.parse` has it. repeat : draw a pool of so many with
+    container : as `containers.parse` has it, or made. repeat : draw a pool of so many with
     replacement. fit_objects : scale so that so many make half of the container. azimuths_deg, elevations_deg : of the
     views, one of each for every view; None for the paper's views. reading : what files and lengths mean.
 
     Raises InputError or MeshError.
     """
-    room = containers.parse(container, reading)
-    if azimuths_deg is not None or elevations_deg is not None:
-        azimuths, elevations = list(azimuths_deg or ()), list(elevations_deg or ())
-        if len(azimuths) != len(elevations) or isinstance(room, FreeBox):
+    room = containers.parse(container, reading) if isinstance(container, str) else container
+    if (directions := directions_of(azimuths_deg, elevations_deg)) is not None:
+        if isinstance(room, FreeBox):
             raise InputError(
-                f"views need as many --azimuths-deg as --elevations-deg and a container that is given, got "
-                f"{len(azimuths)} and {len(elevations)} for {container}"
+                f"views need a container that is given, got {container}; leave them out, or name its edges"
             )
-        room = Container(room.body, room.size, list(zip(azimuths, elevations, strict=True)))
+        room = room.seen_from(directions)
     bodies, scale = _read(objects, parts, reading, progress), 1.0
     if repeat is not None:
         bodies = draw(bodies, repeat, seed)
@@ -91,6 +89,20 @@ def load(
         scale = fit_scale(bodies, room, fit_objects)
         bodies = [body.scaled(scale) for body in bodies]
     return bodies, room, scale
+
+
+def directions_of(
+    azimuths_deg: Sequence[float] | None, elevations_deg: Sequence[float] | None
+) -> list[tuple[float, float]] | None:
+    """Azimuth and elevation in degrees of each view, None for the paper's. Raises InputError if not as many of both."""
+    if azimuths_deg is None and elevations_deg is None:
+        return None
+    azimuths, elevations = list(azimuths_deg or ()), list(elevations_deg or ())
+    if len(azimuths) != len(elevations):
+        raise InputError(
+            f"views need as many --azimuths-deg as --elevations-deg, got {len(azimuths)} and {len(elevations)}"
+        )
+    return list(zip(azimuths, elevations, strict=True))
 
 
 def _read(objects: Sequence[str], parts: str | None, reading: Reading, progress: bool) -> list[Body]:

@@ -72,6 +72,14 @@ def check_sizes(bodies: Sequence[Body], container: Container, unit: str = "m") -
             raise InputError(f"{body.name}: {size} {unit}{clear} is larger than the container, {room} {unit}; {remedy}")
 
 
+def fitting(bodies: Sequence[Body], container: Container) -> set[int]:
+    """Indices of the bodies that are not too large for the container by what `check_sizes` looks at."""
+    diameter, ball = _diameter(container.body), _inscribed_radius(container.body)
+    known = {body.digest: body for body in bodies}
+    fits = {digest for digest, body in known.items() if not _too_large(body, container, diameter, ball)}
+    return {i for i, body in enumerate(bodies) if body.digest in fits}
+
+
 def kind(body: Body) -> tuple:
     """Equal for bodies of equal shape of which the same turns are wished."""
     turns = body.wishes.turns

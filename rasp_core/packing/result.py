@@ -19,6 +19,7 @@ from ..poses import Poses
 from ..problem import Problem, Settings
 from ..silhouettes import render
 from ..util.errors import InputError
+from .clearance import Clearance
 
 
 @dataclass(frozen=True)
@@ -79,3 +80,29 @@ def finish(
     )
     certificate = certify(problem.bodies, arrangement.matrices, container, TOLERANCE, clearance)
     return Packing(arrangement, certificate, list(chosen), losses, list(rounds))
+
+
+def finish_anew(
+    packed: Packing,
+    pool: Sequence[Body],
+    chosen: list[int],
+    poses: Poses,
+    container: Container,
+    device: str | torch.device = "cpu",
+    clearance: Clearance | None = None,
+) -> Packing:
+    """What was made of a packing by other means: the pool's objects `chosen` at `poses`, drawn and certified anew; the
+    search's settings and record are kept. clearance : of the pool. Raises InputError if nothing was chosen."""
+    return finish(
+        pool,
+        chosen,
+        poses,
+        container,
+        packed.arrangement.settings,
+        device,
+        history=[packed.history],
+        rounds=packed.rounds,
+        pulls=[packed.arrangement.pulls],
+        interrupted=packed.arrangement.interrupted,
+        clearance=None if clearance is None else (clearance.parts[chosen], clearance.wall),
+    )

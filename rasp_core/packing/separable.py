@@ -16,13 +16,13 @@ import torch
 from ..exact.pulls import Dismantling, Ways, follow, opening, take_apart
 from ..geometry.containers import Container, FreeBox, box
 from ..geometry.meshes import Body
-from ..poses import Poses
+from ..poses import from_matrices
 from ..util.errors import InputError
 from .clearance import Clearance
 from .dropping import drop
 from .enclosing_box import enclosing_box
 from .pool import Worth
-from .result import Packing, finish
+from .result import Packing, finish_anew
 
 TRIES = 8  # of what to take out, all but the first by chance
 SPREAD = 0.5  # of the logarithm of what chance makes of a choice's worth
@@ -76,25 +76,13 @@ def made_separable(
     def finished(more: Sequence[tuple[int, np.ndarray]]) -> Packing:
         order = sorted([*zip(chosen, matrices, strict=True), *more], key=lambda one: pool[one[0]].wishes.fixed)
         indices, placed = [i for i, _ in order], np.array([matrix for _, matrix in order])
-        poses, about = _poses(pool, indices, placed), room
+        poses, about = from_matrices([pool[i] for i in indices], placed), room
         if free is not None:
             wall = 0.0 if clearance is None else clearance.wall
             inner = FreeBox(tuple(None if e is None else e - 2 * wall for e in free.edges), free.cube)
             closest, poses = enclosing_box([pool[i] for i in indices], poses, inner)
             about = box(closest.size + 2 * wall)
-        again = finish(
-            pool,
-            indices,
-            poses,
-            about,
-            packed.arrangement.settings,
-            device,
-            history=[packed.history],
-            rounds=packed.rounds,
-            pulls=[packed.arrangement.pulls],
-            interrupted=packed.arrangement.interrupted,
-            clearance=None if clearance is None else (clearance.parts[indices], clearance.wall),
-        )
+        again = finish_anew(packed, pool, indices, poses, about, device, clearance)
         left_out = [pool[i].name for i in packed.chosen if i not in set(indices)]
         proven = take_apart(Ways(again.bodies, again.matrices, again.container), left_out)
         return replace(again, dismantling=proven)
@@ -188,9 +176,3 @@ def proven_again(
     if known is not None:
         return follow(bodies, matrices, container, pulls)
     return take_apart(Ways(bodies, matrices, container)) if wanted else None
-
-
-def _poses(pool: Sequence[Body], indices: Sequence[int], matrices: np.ndarray) -> Poses:
-    centres = np.array([pool[i].centre for i in indices])
-    places = matrices[:, :3, 3] + (matrices[:, :3, :3] @ centres[:, :, None])[:, :, 0]
-    return Poses(torch.from_numpy(matrices[:, :3, :3].copy()), torch.from_numpy(places))

@@ -1,8 +1,7 @@
 """What gravity does to a packing: MuJoCo lets the objects fall and come to rest, and the certificate judges anew.
 
-Objects collide as sets of convex pieces: their own if a mesh is made of such, else CoACD's (Wei et al. 2022,
-Approximate Convex Decomposition for 3D Meshes with Collision-Aware Concavity and Tree Search). The container
-is closed on all sides; the walls of a mesh are slabs behind its faces.
+Objects collide as sets of convex pieces (`convex_pieces`). The container is closed on all sides; the walls of a mesh
+are slabs behind its faces.
 """
 
 from __future__ import annotations
@@ -14,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 import trimesh
-from scipy.spatial import QhullError
 
 from ..exact.certificate import Certificate, certify
 from ..geometry.containers import Container
@@ -26,6 +24,7 @@ from ..poses import Poses, degrees_between, file_to_world
 from ..problem import Settings
 from ..util import o3d
 from ..util.errors import InputError
+from .convex_pieces import convex_pieces, hull_of
 
 
 @dataclass(frozen=True)
@@ -34,13 +33,12 @@ class Simulation:
 
     step_seconds: float = 0.002
     friction: float = 0.5
-    contact_seconds: float = 0.006  # in which a contact gives way; MuJoCo wants at least two steps
-    resting_speed: float = 0.01  # metres a second, below which a body counts as resting
+    contact_seconds: float = 0.004  # in which a contact gives way; MuJoCo wants at least two steps
+    margin: float = 0.00005  # at which a contact begins to bear, so that what gives way is no overlap
+    resting_speed: float = 0.002  # metres a second, below which a body counts as resting
     steps_between_checks: int = 50  # of the speeds
-    hull_volume_of_convex: float = 1.001  # a piece whose hull has at most so many times its volume is convex
-    flat_volume_of_cube: float = 1e-6  # a hull of less than this of its longest edge cubed is no solid
-    concavity: float = 0.05  # CoACD's threshold
-    most_corners: int = 64  # of a convex piece
+    friction_over_normal: float = 10.0  # how much stiffer a contact is along itself, so that what rests does not creep
+    friction_sweeps: int = 10  # that take out what creeps none the less
     wall_thickness: float = 0.05
     most_wall_faces: int = 1500  # of a mesh container
 
@@ -92,8 +90,12 @@ class Settled:
         }
 
 
-def settle(bodies: Sequence[Body], matrices: np.ndarray, container: Container, seconds: float = 3.0) -> Settled:
+def settle(
+    bodies: Sequence[Body], matrices: np.ndarray, container: Container, seconds: float = 3.0, until_rest: bool = True
+) -> Settled:
     """Let bodies placed by `matrices` `(N, 4, 4)` fall along -z until they rest, or for so many simulated seconds.
+
+    until_rest : stop as soon as all rest; else all the seconds are simulated.
 
     Lengths are those of a container one metre long, so that a packing falls alike whatever its unit. MuJoCo's contacts
     give way a little; what overlaps by that is pressed out by surface contact, if that will do.
@@ -113,7 +115,7 @@ def settle(bodies: Sequence[Body], matrices: np.ndarray, container: Container, s
         mujoco.mj_step(model, data)
         if step % SIMULATION.steps_between_checks == 0:
             at_rest = bool(np.abs(data.qvel.reshape(-1, 6)[:, :3]).max() < SIMULATION.resting_speed)
-            if at_rest:
+            if at_rest and until_rest:
                 break
     mujoco.mj_forward(model, data)
     ids = [model.body(f"{i}").id for i in range(len(bodies))]
@@ -144,39 +146,6 @@ def _centres(bodies: Sequence[Body], matrices: np.ndarray) -> np.ndarray:
     return np.array([m[:3, :3] @ body.centre + m[:3, 3] for body, m in zip(bodies, matrices, strict=True)])
 
 
-def convex_pieces(body: Body) -> list[np.ndarray]:
-    """Corners `(V, 3)` of convex pieces that make up the body, about its centre: its own pieces if all are convex, else
-    CoACD's."""
-    mesh = trimesh.Trimesh(body.vertices - body.centre, body.faces, process=False)
-    pieces = mesh.split(only_watertight=False)
-    hulls = [hull for piece in pieces if (hull := _hull(piece.vertices[np.unique(piece.faces)])) is not None]
-    volume = sum(abs(piece.volume) for piece in pieces)
-    if sum(hull.volume for hull in hulls) <= SIMULATION.hull_volume_of_convex * volume:
-        return [np.asarray(hull.vertices) for hull in hulls]
-    import coacd
-
-    coacd.set_log_level("error")
-    found = coacd.run_coacd(
-        coacd.Mesh(body.solid_vertices, body.solid_faces.astype(np.int32)),
-        threshold=SIMULATION.concavity,
-        preprocess_mode="off",
-        mcts_iterations=60,
-        mcts_max_depth=2,
-        decimate=True,
-        max_ch_vertex=SIMULATION.most_corners,
-    )
-    return [np.asarray(vertices) for vertices, _ in found if _hull(np.asarray(vertices)) is not None]
-
-
-def _hull(points: np.ndarray) -> trimesh.Trimesh | None:
-    """The convex hull of `(V, 3)` points; None if they span no volume."""
-    try:
-        hull = trimesh.PointCloud(points).convex_hull
-    except QhullError:
-        return None
-    return hull if hull.volume > SIMULATION.flat_volume_of_cube * float(np.ptp(points, axis=0).max()) ** 3 else None
-
-
 def _model(bodies: Sequence[Body], matrices: np.ndarray, container: Container, unit: float):
     """MuJoCo's model: one free body for each of ours, named by its index, and the container's walls."""
     import mujoco
@@ -185,21 +154,23 @@ def _model(bodies: Sequence[Body], matrices: np.ndarray, container: Container, u
     spec.option.timestep = SIMULATION.step_seconds
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    spec.option.impratio = SIMULATION.friction_over_normal
+    spec.option.noslip_iterations = SIMULATION.friction_sweeps
 
     def add_piece(parent, name: str, vertices: np.ndarray, reuse: bool = False) -> None:
         if not reuse:
-            hull = _hull(vertices)
+            hull = hull_of(vertices)
             spec.add_mesh(
                 name=name,
                 uservert=np.asarray(hull.vertices / unit).ravel(),
                 userface=np.asarray(hull.faces).ravel(),
                 inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX,
-                maxhullvert=SIMULATION.most_corners,
             )
         parent.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, **contact)
 
     contact = {
         "friction": [SIMULATION.friction, 0.005, 0.0001],
+        "margin": SIMULATION.margin,
         "solref": [SIMULATION.contact_seconds, 1.0],
         "solimp": [0.95, 0.99, 0.0005, 0.5, 2.0],
     }
@@ -214,7 +185,7 @@ def _model(bodies: Sequence[Body], matrices: np.ndarray, container: Container, u
         for k, piece in enumerate(pieces):
             add_piece(added, f"{body.digest}.{k}", piece, reuse)
     if container.size is None:
-        for k, slab in enumerate(slab for slab in _slabs(container) if _hull(slab) is not None):
+        for k, slab in enumerate(slab for slab in _slabs(container) if hull_of(slab) is not None):
             add_piece(spec.worldbody, f"wall.{k}", slab)
         return spec.compile()
     half, thick = container.size / unit / 2, SIMULATION.wall_thickness / 2

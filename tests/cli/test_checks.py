@@ -32,13 +32,15 @@ def test_clearances_are_lengths():
 
 
 def test_what_is_of_one_box_in_motion_goes_with_neither_boxes_nor_what_is_fixed():
-    alone = {"settle": False, "record": False, "boxes": None, "fixed": None}
+    alone = {"settle": False, "record": False, "gravity": False, "boxes": None, "fixed": None}
     for fine in ({}, {"settle": True, "record": True}, {"boxes": "auto", "fixed": ["there.stl"]}):
         check_together(Namespace(**alone | fine))
     for moves in ("settle", "record"):
         for other in ({"boxes": "2"}, {"fixed": ["there.stl"]}):
             with pytest.raises(InputError, match=f"--{moves} .*--{next(iter(other))}"):
                 check_together(Namespace(**alone | {moves: True} | other))
+        with pytest.raises(InputError, match=f"--gravity|--{moves}"):
+            check_together(Namespace(**alone | {moves: True, "gravity": True}))
 
 
 def test_what_is_built_has_a_printer_of_three_lengths():

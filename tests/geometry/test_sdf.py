@@ -79,7 +79,7 @@ def test_equal_bodies_share_one_grid(block):
 def test_grids_come_from_the_cache_and_damage_is_mended(block, tmp_path, monkeypatch):
     monkeypatch.setenv("RASP_CACHE", str(tmp_path))
     first = sdf.bake_cached(block)
-    (file,) = sdf.cache_folder().iterdir()
+    (file,) = (tmp_path / "sdf").iterdir()
     monkeypatch.setattr(sdf, "bake", lambda *a: pytest.fail("the cache was not used"))
     assert np.array_equal(sdf.bake_cached(block).values, first.values)
     monkeypatch.undo()
@@ -87,7 +87,7 @@ def test_grids_come_from_the_cache_and_damage_is_mended(block, tmp_path, monkeyp
     file.write_bytes(b"damaged")
     assert np.array_equal(sdf.bake_cached(block).values, first.values)
     assert np.array_equal(sdf.bake_cached(block).values, first.values)
-    assert [f.suffix for f in sdf.cache_folder().iterdir()] == [".npz"]
+    assert [f.suffix for f in (tmp_path / "sdf").iterdir()] == [".npz"]
 
 
 def test_a_cache_that_cannot_be_written_is_done_without(block, tmp_path, monkeypatch):

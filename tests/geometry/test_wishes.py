@@ -59,11 +59,21 @@ def test_a_bowl_lies_on_its_hull():
     assert base == pytest.approx(np.eye(3)), "it stands on its disc already"
 
 
+def test_turns_of_a_list_are_these_and_no_others():
+    turns = turns_of("0 0 0; 90 0 0; 0 90 45", BODY.manifold)
+    x, y = turns.bases[1] @ (0, 1, 0), turns.bases[2] @ (0, 0, 1)
+    assert x == pytest.approx([0, 0, 1]), "about x, y goes to z"
+    assert y == pytest.approx([0.5**0.5, 0.5**0.5, 0]), "about y first, then about z"
+    assert not turns.freedom.any()
+    assert len(turns.straight()) == 3
+    assert turns.nearest(turns.bases[2]) == pytest.approx(turns.bases[2])
+
+
 def test_quarter_turns_are_all_24():
     assert len({turn.tobytes() for turn in quarter_turns()}) == 24
 
 
 @pytest.mark.parametrize("word", ["x", "flat", "flat:", "flat:0", "flat:-1", "45", ""])
 def test_other_words_are_refused(word):
-    with pytest.raises(InputError, match=r"turns must be any, z, 90, flat:N or none, got"):
+    with pytest.raises(InputError, match=r"turns must be any, z, 90, flat:N, none, or angles .*; 90 0 0, got"):
         turns_of(word, BODY.manifold)

@@ -29,11 +29,11 @@ class Found:
     certificate: Certificate
 
 
-def in_turn(bodies, seconds=None, order=None):
-    """Takes what comes while the volume is not more than 1."""
+def in_turn(bodies, kind=0, seconds=None, order=None, volumes=(1.0,)):
+    """Takes what comes while the volume is not more than that of the box."""
     chosen, filled = [], 0.0
     for i in range(len(bodies)) if order is None else order:
-        if filled + bodies[i].volume <= 1 + 1e-9:
+        if filled + bodies[i].volume <= volumes[kind] + 1e-9:
             chosen.append(i)
             filled += bodies[i].volume
     if not chosen:
@@ -41,14 +41,14 @@ def in_turn(bodies, seconds=None, order=None):
     return Found(chosen, Certificate())
 
 
-def by_size(bodies, seconds=None):
+def by_size(bodies, kind=0, seconds=None):
     return in_turn(bodies, order=sorted(range(len(bodies)), key=lambda i: -bodies[i].volume))
 
 
 def filled(bodies, search=in_turn, **options):
-    found = fill_boxes(in_turn, search, bodies, 1.0, **options)
-    assert all(len(packed.chosen) == len(indices) for packed, indices in found)
-    return [sorted(indices) for _, indices in found]
+    found = fill_boxes(in_turn, search, bodies, [1.0], **options)
+    assert all(len(box.packed.chosen) == len(box.indices) for box in found)
+    return [sorted(box.indices) for box in found]
 
 
 def test_all_go_in_box_after_box_each_once():
@@ -77,7 +77,7 @@ def test_ranks_count_more_than_volume():
     bodies = cubes(0.9, 0.2, 0.9)
     bodies[1] = replace(bodies[1], wishes=Wishes(must=True))
 
-    def musts_first(some, seconds):
+    def musts_first(some, kind, seconds):
         return in_turn(some, order=sorted(range(len(some)), key=lambda i: not some[i].wishes.must))
 
     assert filled(bodies, by_size, most=1) == [[0]]
@@ -92,7 +92,7 @@ def test_what_fits_nowhere_is_left_over_but_not_if_it_is_all():
 
 
 def test_what_does_not_hold_is_not_kept():
-    def broken(bodies, seconds):
+    def broken(bodies, kind, seconds):
         found = by_size(bodies)
         found.certificate = Certificate(False)
         return found
@@ -105,7 +105,7 @@ def test_time_is_shared_by_the_boxes_that_are_to_come(monkeypatch):
     monkeypatch.setattr(boxes.time, "monotonic", lambda: clock[0])
     asked = []
 
-    def slow(bodies, seconds):
+    def slow(bodies, kind, seconds):
         asked.append(seconds)
         clock[0] += seconds
         return in_turn(bodies)
@@ -118,6 +118,24 @@ def test_time_is_shared_by_the_boxes_that_are_to_come(monkeypatch):
 
 
 def test_volumes_ask_for_so_many_at_least():
-    assert least_number(cubes(0.5, 0.5), 1.0) == 1
-    assert least_number(cubes(0.5, 0.6), 1.0) == 2
-    assert least_number(cubes(0.1), 1.0) == 1
+    assert least_number(cubes(0.5, 0.5), [1.0]) == 1
+    assert least_number(cubes(0.5, 0.6), [1.0]) == 2
+    assert least_number(cubes(0.1), [1.0]) == 1
+    assert least_number(cubes(0.5, 0.5), [0.4, 0.3]) == 3, "the last kind again"
+
+
+def test_boxes_of_several_kinds_are_filled_in_their_order():
+    """0.2, then 1.0, then 0.5 as often as is needed; what is too large for one waits for a later one."""
+    volumes, bodies = (0.2, 1.0, 0.5), cubes(0.9, 0.15, 0.4, 0.4, 0.4)
+
+    def place(some, kind, seconds=None):
+        return in_turn(some, kind, volumes=volumes)
+
+    fits = [{i for i, body in enumerate(bodies) if body.volume <= volume} for volume in volumes]
+    found = fill_boxes(place, place, bodies, volumes, fitting=fits)
+    assert [(box.kind, box.indices) for box in found] == [(0, [1]), (1, [0]), (2, [2]), (2, [3]), (2, [4])]
+    assert [box.kind for box in fill_boxes(place, place, bodies, volumes, most=2, fitting=fits)] == [0, 1]
+    large = cubes(0.9, 0.4)
+    fits = [{i for i, body in enumerate(large) if body.volume <= volume} for volume in volumes]
+    found = fill_boxes(place, place, large, volumes, fitting=fits)
+    assert [(box.kind, box.indices) for box in found] == [(1, [0]), (2, [1])], "a box too small for all is left out"

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import trimesh
 
-from data_fetch import cad_like, kitchen_like, torus
 from rasp_core.geometry.containers import Container, box
 from rasp_core.geometry.meshes import make_body, unique_names
 from rasp_core.physics import gravity
@@ -60,20 +59,6 @@ def test_a_fine_container_gets_coarser_walls():
     assert len(slabs) <= gravity.SIMULATION.most_wall_faces
     inner = np.array([np.linalg.norm(slab[:3], axis=1).max() for slab in slabs])
     assert inner == pytest.approx(0.2, abs=0.01)
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_convex_pieces_make_up_the_body(seed):
-    whole = [kitchen_like(3)[2], cad_like(3)[0], torus(0.1, 0.03)][seed]
-    hulls = [trimesh.PointCloud(piece).convex_hull for piece in gravity.convex_pieces(whole)]
-    assert sum(hull.volume for hull in hulls) == pytest.approx(whole.volume, rel=0.35)
-    joined = np.concatenate([hull.vertices for hull in hulls])
-    assert np.ptp(joined, axis=0) == pytest.approx(2 * whole.half_extents, rel=0.05)
-
-
-def test_points_in_a_plane_have_no_hull():
-    assert gravity._hull(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0.0]])) is None
-    assert gravity._hull(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])).volume == pytest.approx(1 / 6)
 
 
 def test_bad_input_is_refused():
