@@ -77,7 +77,7 @@ def load(
     if (directions := directions_of(azimuths_deg, elevations_deg)) is not None:
         if isinstance(room, FreeBox):
             raise InputError(
-                f"views need a container that is given, got {container}; leave them out, or name its edges"
+                f"--azimuths-deg and --elevations-deg need a container that is given, got {container}; name its edges"
             )
         room = room.seen_from(directions)
     bodies, scale = _read(objects, parts, reading, progress), 1.0

@@ -1,10 +1,12 @@
 """Checks of options: what passes, and the line that says what does not."""
 
+import json
 from argparse import Namespace
 
 import pytest
 
 from rasp_core.cli.checks import build_of, check_clearances, check_time, check_together, count_of, fit_of
+from rasp_core.cli.main import main
 from rasp_core.util.errors import InputError
 
 
@@ -61,3 +63,19 @@ def test_pictures_give_way_by_three_numbers():
     for wrong in ("0.1,0.2", "much"):
         with pytest.raises(InputError, match=f"--fit-targets must be a shift, a scale and degrees, .*, got {wrong}"):
             fit_of(Namespace(fit_targets=wrong))
+
+
+def test_boxes_of_a_table_are_packed(cans, tmp_path, capsys):
+    out, table = tmp_path / "out", tmp_path / "boxes.csv"
+    table.write_text('container,count\n"box:0.13,0.13,0.13",1\n"box:0.2,0.2,0.2",auto\n')
+    asked = ["pack", str(cans), "--method", "spectral", "--boxes", str(table), "--out", str(out)]
+    assert main(asked) == 0
+    sizes = [box["extent"] for box in json.loads((out / "boxes.json").read_text())["boxes"]]
+    assert sizes[0] == pytest.approx([0.13] * 3)
+    assert all(size == pytest.approx([0.2] * 3) for size in sizes[1:])
+    capsys.readouterr()
+    assert main([*asked, "--container", "box:0.2,0.2,0.2"]) == 2
+    assert "the table of --boxes has all; leave them" in capsys.readouterr().err
+    for command in ("pack", "sweep"):
+        assert main([command, str(cans), "--out", str(tmp_path / "no")]) == 2
+        assert capsys.readouterr().err.startswith("rasp: --container is needed, such as")

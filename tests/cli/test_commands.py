@@ -263,22 +263,6 @@ def test_several_boxes_are_packed_and_told(cans, tmp_path, capsys):
         assert capsys.readouterr().err.count("\n") == 1
 
 
-def test_boxes_of_a_table_are_packed(cans, tmp_path, capsys):
-    out, table = tmp_path / "out", tmp_path / "boxes.csv"
-    table.write_text('container,count\n"box:0.13,0.13,0.13",1\n"box:0.2,0.2,0.2",auto\n')
-    asked = ["pack", str(cans), "--method", "spectral", "--boxes", str(table), "--out", str(out)]
-    assert main(asked) == 0
-    sizes = [box["extent"] for box in json.loads((out / "boxes.json").read_text())["boxes"]]
-    assert sizes[0] == pytest.approx([0.13] * 3)
-    assert all(size == pytest.approx([0.2] * 3) for size in sizes[1:])
-    capsys.readouterr()
-    assert main([*asked, "--container", BOX]) == 2
-    assert "the table of --boxes has all; leave them" in capsys.readouterr().err
-    for command in ("pack", "sweep"):
-        assert main([command, str(cans), "--out", str(tmp_path / "no")]) == 2
-        assert capsys.readouterr().err.startswith("rasp: --container is needed, such as")
-
-
 def test_slices_can_take_the_place_of_silhouettes(cans, tmp_path):
     arguments = ["--method", "paper", "--shadow", "slices", *SMALL, "--out", str(tmp_path / "out")]
     assert main(["pack", str(cans), "--container", BOX, *arguments]) == 0
