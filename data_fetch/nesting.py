@@ -9,6 +9,7 @@ that beats another by less than half a per cent proves nothing.
 
 from __future__ import annotations
 
+import io
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -81,7 +82,8 @@ def nesting_instance(name: str) -> Instance:
     base = float(lines[0][1]), float(lines[0][2])
     parts: dict[Path, int] = {}
     for place, copies in lines[1:]:
-        path = files[place.rsplit("/", 1)[-1].replace(*(FINER if "/Merged/" in place else ("", "")))]
+        part = place.rsplit("/", 1)[-1]
+        path = files[part.replace(*FINER) if "/Merged/" in place else part]
         parts[path] = parts.get(path, 0) + int(copies)
     return Instance(name, base, parts, reported)
 
@@ -100,7 +102,7 @@ def rebuild(path: str | Path) -> Body:
         data = path.read_bytes()
         words = data[: data.index(b"data\n")].decode("ascii").split()
         pitch = float(words[words.index("scale") + 1]) / int(words[words.index("dim") + 1])
-        full = np.asarray(trimesh.load(path, file_type="binvox").matrix, np.float32)
+        full = np.asarray(trimesh.load(io.BytesIO(data), file_type="binvox").matrix, np.float32)
     except (OSError, ValueError, IndexError) as error:
         raise InputError(f"{path}: cannot be read as voxels; give a .binvox file") from error
     vertices, faces, _, _ = marching_cubes(np.pad(full, 1), SURFACE)

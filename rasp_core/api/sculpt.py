@@ -207,8 +207,9 @@ def sculpt(
 ) -> SculptureResult | SculptureRow:
     """Heap objects up, each as often as is wanted, so that each side shows another picture.
 
-    targets : two to four picture files (alpha, or dark on a light ground), one for each view. text : words of one
-    length instead, one for each view; words of several letters make a `SculptureRow`, a heap for each place in them.
+    targets : two to four picture files (alpha, or dark on a light ground), one for each view. text : words
+    instead, one for each view; words of several letters make a `SculptureRow`, a heap for each place in the longest,
+    over which a shorter one is stretched.
     azimuths_deg, elevations_deg : of the views; 0 and 90, or 0, 120, 240, or 0, 45, 90, 135, level, if None.
     room : instead of directions, a file of `art.room_file`, or a room: a lamp for each picture, and where its shadow
     falls; the result's `in_room` says what is to be seen there. fit_targets : by how much pictures may be shifted, of

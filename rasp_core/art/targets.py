@@ -35,7 +35,8 @@ def from_files(paths: Sequence[str | Path], resolution: int = 512) -> Targets:
 
 
 def from_text(words: Sequence[str], resolution: int = 512, square: bool = False) -> list[Targets]:
-    """For each place in the words the letters there: "CVPR", "2025" gives four sculptures, of C and 2 to R and 5.
+    """For each place in the longest words what is there: "CVPR", "2025" gives four sculptures, of C and 2 to R and 5;
+    of a shorter word parts of letters, as `letters` has it.
 
     square : as wide as high, for views from above. Raises InputError as `letters` does, and for fewer than 32 pixels.
     """

@@ -153,7 +153,7 @@ def _parser() -> _Parser:
     shown = art.add_mutually_exclusive_group(required=True)
     shown.add_argument("--targets", nargs="+", metavar="PNG", help="two to four pictures, one for each view")
     shown.add_argument(
-        "--text", nargs="+", type=_word, metavar="WORD", help="as long as each other: a heap for each place in them"
+        "--text", nargs="+", type=_word, metavar="WORD", help="for each view: a heap for each place in the longest"
     )
     art.add_argument("--azimuths-deg", type=float, nargs="+", help="(default: 0 90; 0 120 240; 0 45 90 135)")
     art.add_argument("--elevations-deg", type=float, nargs="+", help="(default: 0 each)")

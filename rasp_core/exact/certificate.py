@@ -13,6 +13,7 @@ from .gaps import Gaps, measure
 from .placing import core_inside, cores_apart, placed_solid
 
 TOLERANCE = 1e-4  # of the smaller body's volume
+SWEPT_AT_ONCE = 1024  # boxes, so that many need little memory
 ROUNDING = 1e-9  # of what grown bodies keep clear
 LEAST_OF_GROWN = 1.01 * TOLERANCE  # that counts of grown bodies, of whose overlap nothing is tolerated
 
@@ -127,7 +128,18 @@ def certify(
 
 
 def pairs_of_boxes(boxes: np.ndarray) -> list[tuple[int, int]]:
-    """Index pairs i < j of boxes `(N, 2, 3)` that share volume."""
+    """Index pairs i < j of boxes `(N, 2, 3)` that share volume, in order; by a sweep along one axis."""
     low, high = boxes[:, 0], boxes[:, 1]
-    meet = (low[:, None] < high[None]).all(-1) & (low[None] < high[:, None]).all(-1)
-    return [(int(i), int(j)) for i, j in zip(*np.nonzero(np.triu(meet, 1)), strict=True)]
+    axis = int(np.argmax(np.ptp(low, axis=0) / (high - low).mean(0).clip(1e-300))) if len(boxes) else 0
+    order = np.argsort(low[:, axis], kind="stable")
+    low, high, found = low[order], high[order], []
+    ends = np.searchsorted(low[:, axis], high[:, axis])  # of those that begin before this one ends
+    for start in range(0, len(order), SWEPT_AT_ONCE):
+        first = np.arange(start, min(start + SWEPT_AT_ONCE, len(order)))
+        count = (ends[first] - first - 1).clip(0)
+        i = np.repeat(first, count)
+        j = i + 1 + np.arange(len(i)) - np.repeat(np.cumsum(count) - count, count)
+        meet = (low[i] < high[j]).all(1) & (low[j] < high[i]).all(1)
+        found.append(np.sort(order[np.stack([i[meet], j[meet]], 1)], axis=1))
+    pairs = np.concatenate(found) if found else np.zeros((0, 2), int)
+    return list(map(tuple, pairs[np.lexsort(pairs.T[::-1])].tolist()))

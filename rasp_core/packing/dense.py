@@ -131,6 +131,8 @@ class _Search:
 
     def grow(self) -> None:
         """Try objects until the budget is spent."""
+        if len(self.layout) == len(self.pool):  # nothing is left to try, and grids of many objects take long
+            return
         separation = Separation(self.pool, self.container, self.settings, self.device, self.budget.spent)
         self.history, self.pulls = separation.history, separation.pulls
         growth = Growth(self.pool, self.container, separation, self.random, self.settings.seed, self._keep)

@@ -24,11 +24,30 @@ def test_all_letters_are_of_one_height(square):
         assert abs(columns.mean() - 99.5) <= 1
 
 
+@pytest.mark.parametrize(("long", "short"), [("CVPR", "25"), ("RASP", "TOY"), ("CVPR", "A")])
+def test_a_shorter_word_is_stretched_over_all_places(long, short):
+    found = letters([long, short], 96)
+    assert len(found) == len(long)
+    assert np.array_equal([pair[0] for pair in found], [pair[0] for pair in letters([long], 96)])
+    line = np.concatenate([pair[1] for pair in found], axis=1)
+    rows, columns = (np.flatnonzero(line.any(axis)) for axis in (1, 0))
+    assert abs(np.ptp(rows) + 1 - HEIGHT * 96) <= 1
+    assert abs(columns.mean() - (line.shape[1] - 1) / 2) <= 3
+    assert all(pair[1].any() for pair in found)
+
+
+def test_a_part_in_which_nothing_is_to_be_seen_is_refused(monkeypatch):
+    """Ten letters against two, with the font's letters made narrow: eight parts would be between them."""
+    monkeypatch.setattr("rasp_core.art.glyphs.STRETCHED", 0.05)
+    with pytest.raises(InputError, match="part 1 of 10 of 'II' would be empty; use a word of 10 letters"):
+        letters(["ABCDEFGHIJ", "II"], 48)
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["CVPR", "202"], "as many letters as each other, got 'CVPR', '202'"),
-        (["", ""], "as many letters"),
+        (["", ""], "words need a letter at least, got '', ''"),
+        (["CVPR", ""], "words need a letter at least"),
         (["A", "\U00012000"], r"no letter .* \(U\+12000\)"),
         (["A", " "], r"no letter ' '"),
     ],
@@ -42,3 +61,10 @@ def test_words_that_cannot_be_shown(words, message):
 @pytest.mark.parametrize("word", ["CVPR", "2025"])
 def test_letters_are_read_by_tesseract(word):
     assert read_letters([image[0] for image in letters([word], 512)]) == word
+
+
+@pytest.mark.skipif(shutil.which("tesseract") is None, reason="tesseract is not installed; .ci/run installs it")
+def test_a_stretched_word_is_read_once_its_parts_stand_side_by_side():
+    line = np.concatenate([pair[1] for pair in letters(["CVPR", "25"], 256)], axis=1)
+    halves = [np.pad(half[:, ::2], ((0, 0), (128, 128))) for half in np.split(line, 2, axis=1)]
+    assert read_letters(halves) == "25"

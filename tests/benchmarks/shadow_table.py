@@ -3,10 +3,12 @@
 python tests/benchmarks/shadow_table.py [--pools embedded Kitchen ...] [--seeds 3] [--arms silhouettes none ...]
 
 embedded : objects that the kit makes, in 0.2 x 0.2 x 0.2 m, 120 iterations. The others: IR-BPP pools by registry in
-0.32 x 0.32 x 0.30 m, 1000 iterations. Runs are kept in --out, so that a table that was interrupted goes on.
+0.32 x 0.32 x 0.30 m, 1000 iterations. Runs are kept in --out, so that a table that was interrupted goes on; --csv FILE
+writes a row for each. shadow_table.csv beside this file has those of the real pools.
 """
 
 import argparse
+import csv
 import tempfile
 from pathlib import Path
 
@@ -32,6 +34,7 @@ POOLS = {
     "General": lambda: draw(rasp.load(data_fetch.fetch_general()), 100, 0),
     "CAD": lambda: draw(resized(rasp.load(data_fetch.fetch_cad())), 300, 0),
 }
+COLUMNS = ("pool", "arm", "seed", "objects", "density", "certified", "iterations", "seconds")
 SMALL = {"container": "box:0.2,0.2,0.2", "iterations": 120, "resolution": 64}
 LARGE = {"container": "box:0.32,0.32,0.30", "iterations": 1000, "resolution": 128, "query_points": 30_000}
 
@@ -42,8 +45,10 @@ def main():
     parser.add_argument("--arms", nargs="+", default=["silhouettes", "slices", "none"], choices=ARMS)
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--workers", type=int)
+    parser.add_argument("--csv", type=Path, metavar="FILE", help="a table with a row for each run")
     parser.add_argument("--out", type=Path, default=Path(tempfile.gettempdir()) / "rasp_shadow_table")
     options = parser.parse_args()
+    table = []
     for pool in options.pools:
         size = SMALL if pool == "embedded" else LARGE
         shared = {"objects": as_files(POOLS[pool](), options.out / pool), "method": "paper", **size}
@@ -52,10 +57,16 @@ def main():
         for k, arm in enumerate(options.arms):
             rows = found[k * options.seeds : (k + 1) * options.seeds]
             density = [row["density"] for row in rows]
+            table += [{"pool": pool, "arm": arm, "seed": seed} | row for seed, row in enumerate(rows)]
             print(
                 f"{pool:10s} {arm:12s} density {np.mean(density):.4f} ({min(density):.4f} to {max(density):.4f}), "
                 f"{sum(row['certified'] for row in rows)} of {len(rows)} certified"
             )
+        if options.csv:
+            with options.csv.open("w", newline="") as file:
+                writer = csv.DictWriter(file, COLUMNS, extrasaction="ignore")
+                writer.writeheader()
+                writer.writerows(table)
 
 
 if __name__ == "__main__":

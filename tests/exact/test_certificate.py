@@ -72,6 +72,15 @@ def test_the_hole_of_a_ring_is_outside():
     assert certify(*cubes((2, 0, 0)), ring).holds
 
 
+@pytest.mark.parametrize("count", [0, 1, 2, 400, 2500])
+def test_pairs_of_boxes_are_those_that_all_comparisons_find(count):
+    random = np.random.default_rng(count)
+    low = random.uniform(0, (1, 1, 5), (count, 3)).round(2)  # some touch, which is no shared volume
+    boxes = np.stack([low, low + random.uniform(0.01, 0.3, (count, 3)).round(2)], 1)
+    meet = (boxes[:, None, 0] < boxes[None, :, 1]).all(-1) & (boxes[None, :, 0] < boxes[:, None, 1]).all(-1)
+    assert pairs_of_boxes(boxes) == list(zip(*(x.tolist() for x in np.nonzero(np.triu(meet, 1))), strict=True))
+
+
 def test_only_pairs_of_boxes_that_meet_are_tested():
     boxes = np.array([[[0, 0, 0], [1, 1, 1]], [[0.5, 0.5, 0.5], [2, 2, 2]], [[1, 0, 0], [2, 1, 1]]])
     assert pairs_of_boxes(boxes) == [(0, 1), (1, 2)]

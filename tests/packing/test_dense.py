@@ -74,6 +74,12 @@ def test_a_pool_that_fits_whole_is_packed_whole():
     assert sorted(dense.pack(few, box((0.4, 0.4, 0.4)), QUICK, effort=5).chosen) == [0, 1, 2]
 
 
+def test_nothing_is_made_ready_to_be_pressed_where_all_is_placed(monkeypatch):
+    """Grids of a thousand different parts take a minute."""
+    monkeypatch.setattr(dense, "Separation", lambda *_: pytest.fail("it is not needed"))
+    assert len(dense.pack(kitchen_like(3), box((0.4, 0.4, 0.4)), QUICK, effort=5).chosen) == 3
+
+
 def test_bad_input_is_refused(pool):
     with pytest.raises(InputError, match="effort"):
         dense.pack(pool, ROOM, effort=-1)
