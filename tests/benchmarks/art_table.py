@@ -1,9 +1,10 @@
-"""Likeness of heaps of objects to their pictures, and seconds, over pairs of letters, three letters, and pictures.
+"""Likeness of heaps to their pictures, and seconds, over letters, pictures, four views and perspective.
 
 python tests/benchmarks/art_table.py [--kitchen] [--cases cartoons ...] [--paint]
 
 --kitchen : the real Kitchen objects by registry, instead of objects that the kit makes. Cases that need the authors'
-pictures fetch them by registry. Silhouettes are judged by rays, not by the renderer that drew them.
+pictures fetch them by registry; four views and perspective show a heart, a star, a moon and the heart again.
+Silhouettes are judged by rays, not by the renderer that drew them.
 """
 
 import argparse
@@ -14,9 +15,9 @@ from pathlib import Path
 
 import numpy as np
 
-from data_fetch import fetch_kitchen, fetch_targets, kitchen_like
+from data_fetch import drawn, fetch_kitchen, fetch_targets, kitchen_like
 from rasp_core.art import anamorphic, glyphs, texturing
-from rasp_core.geometry.cameras import Camera
+from rasp_core.art.views import cameras_for
 from rasp_core.geometry.loading import load_bodies
 from rasp_core.io import images
 from rasp_core.silhouettes import likeness
@@ -27,34 +28,43 @@ from oracles import read_letters
 SIZE = 512
 CARTOONS = {"cartoons": ((0, 90), (0, 1)), "cartoons 120": ((0, 120), (0, 1)), "three": ((0, 120, 240), (0, 1, 2))}
 LETTERS = ("C2", "V0", "P2", "R5")
+DRAWN = {
+    "four views": (4, "orthographic"),
+    "two perspective": (2, "perspective"),
+    "three perspective": (3, "perspective"),
+}
 
 
 def case(name):
-    """Directions, dark pixels and colours (None for letters) of a case."""
+    """Cameras, dark pixels and colours (None where there are none) of a case."""
+    if name in DRAWN:
+        count, projection = DRAWN[name]
+        pictures = [*drawn.shapes(SIZE).values()] * 2
+        return cameras_for(count, width=1.0, projection=projection), np.stack(pictures[:count]), None
     if name in CARTOONS:
         azimuths, chosen = CARTOONS[name]
         paths = {path.stem: path for path in fetch_targets()}
         named = [paths[stem] for stem in ("cartoon1", "cartoon2", "cartoon1f")]
-        return [(a, 0) for a in azimuths], *images.read_targets([named[k] for k in chosen], SIZE)
-    directions = [(0, 0), (90, 0), (0, 90)][: len(name)]
-    return directions, glyphs.letters(list(name), SIZE, square=len(name) == 3)[0], None
+        return cameras_for(len(chosen), azimuths, width=1.0), *images.read_targets([named[k] for k in chosen], SIZE)
+    cameras = cameras_for(len(name), [0, 90, 0][: len(name)], [0, 0, 90][: len(name)], width=1.0)
+    return cameras, glyphs.letters(list(name), SIZE, square=len(name) == 3)[0], None
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--kitchen", action="store_true")
     parser.add_argument(
-        "--cases", nargs="+", default=[*CARTOONS, *LETTERS, "GEB"], choices=[*CARTOONS, *LETTERS, "GEB"]
+        "--cases", nargs="+", default=[*CARTOONS, *LETTERS, "GEB", *DRAWN], choices=[*CARTOONS, *LETTERS, "GEB", *DRAWN]
     )
     parser.add_argument("--paint", action="store_true", help="what has colours")
     options = parser.parse_args()
     pool = load_bodies(fetch_kitchen()) if options.kitchen else kitchen_like(120)
     read = {}
     for name in options.cases:
-        directions, dark, colours = case(name)
+        cameras, dark, colours = case(name)
         colours = colours if options.paint else None
         began = time.monotonic()
-        made = anamorphic.sculpt(pool, dark, [Camera(*angles, 1.0) for angles in directions], colours=colours)
+        made = anamorphic.sculpt(pool, dark, cameras, colours=colours)
         seconds = time.monotonic() - began
         canvas = texturing.Canvas(made.bodies, made.matrices, made.cameras, SIZE)
         seen = canvas.project(np.ones((*dark.shape, 3))).seen
