@@ -177,7 +177,7 @@ def test_data_fetch_imports_nothing_of_the_loop():
 
 
 def test_importing_the_core_loads_nothing_heavy():
-    heavy = ["coacd", "dask", "distributed", "ipywidgets", "mujoco", "numba", "open3d", "pyvista"]
+    heavy = ["dask", "distributed", "ipywidgets", "mujoco", "numba", "open3d", "pyvista"]
     code = f"import sys, rasp_core.packing.methods; print([m for m in {heavy} if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
@@ -188,7 +188,7 @@ def test_packing_one_part_loads_no_more_than_it_needs(tmp_path):
     trimesh.creation.box((0.05, 0.05, 0.05)).export(tmp_path / "one.stl")
     pack = ["pack", str(tmp_path / "one.stl"), "--container", "box:0.1,0.1,0.1", "--iterations", "10"]
     pack += ["--out", str(tmp_path / "out")]
-    heavy = ["IPython", "coacd", "dash", "dask", "distributed", "flask", "ipywidgets", "matplotlib.pyplot", "mujoco"]
+    heavy = ["IPython", "dash", "dask", "distributed", "flask", "ipywidgets", "matplotlib.pyplot", "mujoco"]
     heavy += ["papermill", "pydantic", "pyvista", "sympy", "torch._dynamo", "torch._inductor", "vtkmodules"]
     code = f"import sys; from rasp_core.cli.main import main; status = main({pack})\n"
     code += f"print([m for m in {heavy} if m in sys.modules], status)"

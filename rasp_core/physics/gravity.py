@@ -1,7 +1,7 @@
 """What gravity does to a packing: MuJoCo lets the objects fall and come to rest, and the certificate judges anew.
 
-Objects collide as sets of convex pieces (`convex_pieces`). The container is closed on all sides; the walls of a mesh
-are slabs behind its faces.
+Objects collide as sets of convex pieces (`convex_pieces`), with the mass and inertia of their solids. The container is
+closed on all sides; the walls of a mesh are slabs behind its faces.
 """
 
 from __future__ import annotations
@@ -22,9 +22,8 @@ from ..packing.layout import Layout
 from ..packing.separation import Separation
 from ..poses import Poses, degrees_between, file_to_world
 from ..problem import Settings
-from ..util import o3d
 from ..util.errors import InputError
-from .convex_pieces import convex_pieces, hull_of
+from .convex_pieces import convex_pieces, prisms, simplified
 
 
 @dataclass(frozen=True)
@@ -33,10 +32,12 @@ class Simulation:
 
     step_seconds: float = 0.002
     friction: float = 0.5
+    density: float = 1000.0
     contact_seconds: float = 0.004  # in which a contact gives way; MuJoCo wants at least two steps
     margin: float = 0.00005  # at which a contact begins to bear, so that what gives way is no overlap
     resting_speed: float = 0.002  # metres a second, below which a body counts as resting
     steps_between_checks: int = 50  # of the speeds
+    quiet_checks: int = 5  # one after the other, after which all rest
     friction_over_normal: float = 10.0  # how much stiffer a contact is along itself, so that what rests does not creep
     friction_sweeps: int = 10  # that take out what creeps none the less
     wall_thickness: float = 0.05
@@ -110,12 +111,13 @@ def settle(
     unit = float(np.ptp(container.bounds, axis=0).max())
     model = _model(bodies, matrices, container, unit)
     data = mujoco.MjData(model)
-    at_rest = False
+    quiet = 0
     for step in range(1, max(1, round(seconds / SIMULATION.step_seconds)) + 1):
         mujoco.mj_step(model, data)
         if step % SIMULATION.steps_between_checks == 0:
-            at_rest = bool(np.abs(data.qvel.reshape(-1, 6)[:, :3]).max() < SIMULATION.resting_speed)
-            if at_rest and until_rest:
+            slow = np.abs(data.qvel.reshape(-1, 6)[:, :3]).max() < SIMULATION.resting_speed
+            quiet = quiet + 1 if slow else 0
+            if until_rest and quiet >= SIMULATION.quiet_checks:
                 break
     mujoco.mj_forward(model, data)
     ids = [model.body(f"{i}").id for i in range(len(bodies))]
@@ -134,7 +136,15 @@ def settle(
     centres = [_centres(bodies, m) for m in (matrices, placed)]
     turned = degrees_between(*(torch.from_numpy(m[:, :3, :3]) for m in (matrices, placed))).numpy()
     moved = np.linalg.norm(centres[1] - centres[0], axis=1)
-    return Settled(placed, moved, turned, at_rest, step * SIMULATION.step_seconds, soft_faults, certificate)
+    return Settled(
+        placed,
+        moved,
+        turned,
+        quiet >= SIMULATION.quiet_checks,
+        step * SIMULATION.step_seconds,
+        soft_faults,
+        certificate,
+    )
 
 
 def _placed(bodies: Sequence[Body], poses: Poses) -> np.ndarray:
@@ -159,13 +169,8 @@ def _model(bodies: Sequence[Body], matrices: np.ndarray, container: Container, u
 
     def add_piece(parent, name: str, vertices: np.ndarray, reuse: bool = False) -> None:
         if not reuse:
-            hull = hull_of(vertices)
-            spec.add_mesh(
-                name=name,
-                uservert=np.asarray(hull.vertices / unit).ravel(),
-                userface=np.asarray(hull.faces).ravel(),
-                inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX,
-            )
+            corners = np.asarray(vertices / unit).ravel()
+            spec.add_mesh(name=name, uservert=corners, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX)
         parent.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, **contact)
 
     contact = {
@@ -182,10 +187,15 @@ def _model(bodies: Sequence[Body], matrices: np.ndarray, container: Container, u
         added = spec.worldbody.add_body(name=f"{i}", pos=centres[i] / unit)
         mujoco.mju_mat2Quat(added.quat, np.ascontiguousarray(matrix[:3, :3]).ravel())
         added.add_freejoint()
+        solid = trimesh.Trimesh(body.solid_vertices / unit, body.solid_faces, process=False)
+        inertia = SIMULATION.density * solid.moment_inertia
+        added.explicitinertial = True
+        added.mass, added.ipos = SIMULATION.density * solid.volume, solid.center_mass
+        added.fullinertia = [*np.diag(inertia), inertia[0, 1], inertia[0, 2], inertia[1, 2]]
         for k, piece in enumerate(pieces):
             add_piece(added, f"{body.digest}.{k}", piece, reuse)
     if container.size is None:
-        for k, slab in enumerate(slab for slab in _slabs(container) if hull_of(slab) is not None):
+        for k, slab in enumerate(_slabs(container)):
             add_piece(spec.worldbody, f"wall.{k}", slab)
         return spec.compile()
     half, thick = container.size / unit / 2, SIMULATION.wall_thickness / 2
@@ -197,20 +207,7 @@ def _model(bodies: Sequence[Body], matrices: np.ndarray, container: Container, u
 
 
 def _slabs(container: Container) -> list[np.ndarray]:
-    """`(6, 3)` corners of a slab behind each face of a mesh container."""
-    hull = container.body
-    mesh = trimesh.Trimesh(hull.solid_vertices + hull.centre, hull.solid_faces, process=False)
-    if len(mesh.faces) > SIMULATION.most_wall_faces:
-        open3d = o3d.load()
-        fine = open3d.geometry.TriangleMesh(
-            open3d.utility.Vector3dVector(mesh.vertices), open3d.utility.Vector3iVector(mesh.faces)
-        )
-        coarse = fine.simplify_quadric_decimation(SIMULATION.most_wall_faces)
-        mesh = trimesh.Trimesh(np.asarray(coarse.vertices), np.asarray(coarse.triangles), process=False)
-    edge = float(np.ptp(container.bounds, axis=0).max())
-    back = mesh.vertices + SIMULATION.wall_thickness * edge * mesh.vertex_normals
-    return [
-        np.concatenate([mesh.vertices[face], back[face]])
-        for face, area in zip(mesh.faces, mesh.area_faces, strict=True)
-        if area > 1e-12 * mesh.area
-    ]
+    """`(6, 3)` corners of a slab behind each face of a mesh container, where it ends."""
+    hull, edge = container.body, float(np.ptp(container.bounds, axis=0).max())
+    mesh = simplified(hull.solid_vertices + hull.centre, hull.solid_faces, SIMULATION.most_wall_faces)
+    return prisms(mesh, -SIMULATION.wall_thickness * edge)

@@ -7,7 +7,7 @@ again, while that gains. In the end MuJoCo lets all stand for two seconds, and n
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -25,7 +25,7 @@ from .gravity import settle
 SECONDS = 2.0  # that a packing is to stand
 MOST_MOVED = 0.003  # of the container's longest edge, by which what stands may move: a millimetre in 0.33 m
 REST_SECONDS = 20.0  # that a packing has to come to rest
-TRIES = 3  # of letting it come to rest once more
+TRIES = 6  # of letting it come to rest once more
 DROPS = 4  # times that what is over is dropped on top
 
 
@@ -106,7 +106,7 @@ def made_resting(
         if not (more.certificate.holds and found.holds and worth.more(more.chosen, best.chosen)):
             break
         best, resting = more, found
-    return replace(best, rounds=packed.rounds), resting
+    return best, resting
 
 
 def _rested(bodies: Sequence[Body], matrices: np.ndarray, container: Container) -> tuple[np.ndarray, Resting]:

@@ -48,8 +48,9 @@ def main():
             for body, matrix in zip(bodies, after.matrices, strict=True)
         )
         print(
-            f"{options.pool}, seed {seed}: {packed}; {seconds:.0f} s; read back "
-            f"{'certified' if certificate.holds else 'NOT certified'}, moved by {1000 * moved:.3f} mm at most",
+            f"{options.pool}, seed {seed}: {packed}, {packed.resting.summary('mm')}; "
+            f"{seconds:.0f} s; read back {'certified' if certificate.holds else 'NOT certified'}, "
+            f"moved by {1000 * moved:.3f} mm at most",
             flush=True,
         )
 

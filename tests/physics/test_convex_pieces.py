@@ -1,20 +1,55 @@
-"""Convex pieces cover the body, and little more; they are decomposed once."""
+"""Convex pieces: a convex body itself, else a skin that is the body's surface and reaches nowhere out of it."""
 
 import numpy as np
 import pytest
 import trimesh
 
 from data_fetch import cad_like, kitchen_like, torus
+from rasp_core.geometry.meshes import make_body
 from rasp_core.physics import convex_pieces
+from rasp_core.util import o3d
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_convex_pieces_make_up_the_body(seed):
-    whole = [kitchen_like(3)[2], cad_like(3)[0], torus(0.1, 0.03)][seed]
-    hulls = [trimesh.PointCloud(piece).convex_hull for piece in convex_pieces.convex_pieces(whole)]
-    assert sum(hull.volume for hull in hulls) == pytest.approx(whole.volume, rel=0.35)
-    joined = np.concatenate([hull.vertices for hull in hulls])
-    assert np.ptp(joined, axis=0) == pytest.approx(2 * whole.half_extents, rel=0.05)
+def test_a_convex_body_is_one_piece_and_two_blocks_are_two():
+    block, other = trimesh.creation.box([0.1, 0.2, 0.3]), trimesh.creation.box([0.1, 0.2, 0.3])
+    (piece,) = convex_pieces.convex_pieces(make_body("block", block.vertices, block.faces))
+    assert len(piece) == 8
+    other.apply_translation((0.3, 0, 0))
+    both = trimesh.util.concatenate([block, other])
+    assert len(convex_pieces.convex_pieces(make_body("two", both.vertices, both.faces))) == 2
+
+
+@pytest.mark.parametrize("body", [kitchen_like(3)[2], cad_like(3)[0], torus(0.1, 0.03)], ids=["bowl", "cad", "ring"])
+def test_a_skin_covers_the_surface_and_stays_in_the_body(body):
+    pieces = convex_pieces.convex_pieces(body)
+    edge = 2 * float(body.half_extents.max())
+    assert len(pieces) > 50
+    corners = np.concatenate(pieces)
+    scene, tensor = o3d.caster([(body.solid_vertices, body.solid_faces)]), o3d.load().core.Tensor
+    assert scene.compute_signed_distance(tensor(corners.astype(np.float32)), nsamples=5).numpy().max() < 2e-3 * edge
+    middles = body.solid_vertices[body.solid_faces].mean(1)
+    inside = np.zeros(len(middles), bool)
+    for piece in pieces:
+        hull = trimesh.PointCloud(piece).convex_hull
+        offsets = (hull.face_normals * hull.triangles_center).sum(1)[:, None]
+        inside |= (hull.face_normals @ middles.T <= offsets + 6e-3 * edge).all(0)
+    assert inside.mean() > 0.99
+
+
+def test_a_fine_surface_gets_a_coarser_skin():
+    ring = trimesh.creation.torus(0.1, 0.03, major_sections=64, minor_sections=32)
+    assert len(ring.faces) > convex_pieces.MOST_FACES
+    assert len(convex_pieces.convex_pieces(make_body("ring", ring.vertices, ring.faces))) <= convex_pieces.MOST_FACES
+
+
+def test_a_thin_wall_has_no_skin_beyond_its_other_side():
+    outer, inner = trimesh.creation.box([0.1] * 3), trimesh.creation.box([0.1, 0.099, 0.099])
+    inner.apply_translation((0.001, 0, 0))
+    tray = trimesh.boolean.difference([outer, inner], engine="manifold")
+    body = make_body("tray", tray.vertices, tray.faces)
+    corners = np.concatenate(convex_pieces.convex_pieces(body))
+    scene, tensor = o3d.caster([(body.solid_vertices, body.solid_faces)]), o3d.load().core.Tensor
+    assert scene.compute_signed_distance(tensor(corners.astype(np.float32))).numpy().max() < 1e-4
 
 
 def test_points_in_a_plane_have_no_hull():
@@ -22,25 +57,3 @@ def test_points_in_a_plane_have_no_hull():
     assert convex_pieces.hull_of(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])).volume == pytest.approx(
         1 / 6
     )
-
-
-def test_what_was_decomposed_is_kept(tmp_path, monkeypatch):
-    monkeypatch.setenv("RASP_CACHE", str(tmp_path))
-    ring = torus(0.1, 0.03)
-    first = convex_pieces.convex_pieces(ring)
-    assert len(first) > 1
-    monkeypatch.setattr(convex_pieces, "_decomposed", lambda body: pytest.fail("it is in the cache"))
-    again = convex_pieces.convex_pieces(ring)
-    assert all(np.array_equal(a, b) for a, b in zip(first, again, strict=True))
-
-
-def test_pieces_leave_nothing_of_the_body_out():
-    ring = torus(0.1, 0.03)
-    hulls = [trimesh.PointCloud(piece).convex_hull for piece in convex_pieces.convex_pieces(ring)]
-    corners = 0.999 * np.asarray(ring.solid_vertices)
-    inside = [(hull.face_normals @ corners.T <= offsets(hull)).all(0) for hull in hulls]
-    assert np.any(inside, axis=0).mean() > 0.99
-
-
-def offsets(hull):
-    return (hull.face_normals * hull.triangles_center).sum(1)[:, None]
