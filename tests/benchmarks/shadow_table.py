@@ -64,7 +64,7 @@ def main():
             )
         if options.csv:
             with options.csv.open("w", newline="") as file:
-                writer = csv.DictWriter(file, COLUMNS, extrasaction="ignore")
+                writer = csv.DictWriter(file, COLUMNS, extrasaction="ignore", lineterminator="\n")
                 writer.writeheader()
                 writer.writerows(table)
 
