@@ -75,7 +75,7 @@ def test_what_is_left_over_is_named():
 
 def test_boxes_of_a_table_are_filled_in_its_order(tmp_path):
     table = tmp_path / "boxes.csv"
-    table.write_text("container,count\n'box:0.01,0.2,0.2'\n".replace("'", '"') + '"box:0.15,0.15,0.12",auto\n')
+    table.write_text('container,count\n"box:0.01,0.2,0.2"\n"box:0.15,0.15,0.12",auto\n')
     rooms, most = read_boxes(table, directions=[(0, 0)])
     assert [room.size.tolist() for room in rooms] == [[0.01, 0.2, 0.2], [0.15, 0.15, 0.12]]
     assert most is None

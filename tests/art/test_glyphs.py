@@ -37,7 +37,7 @@ def test_a_shorter_word_is_stretched_over_all_places(long, short):
 
 
 def test_a_part_in_which_nothing_is_to_be_seen_is_refused(monkeypatch):
-    """Ten letters against two, with the font's letters made narrow: eight parts would be between them."""
+    """Two letters over ten parts, drawn narrow: they leave the other parts empty."""
     monkeypatch.setattr("rasp_core.art.glyphs.STRETCHED", 0.05)
     with pytest.raises(InputError, match="part 1 of 10 of 'II' would be empty; use a word of 10 letters"):
         letters(["ABCDEFGHIJ", "II"], 48)

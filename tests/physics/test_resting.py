@@ -1,5 +1,7 @@
 """Packings at rest: what floats comes down, what is over goes on top, and a simulation of its own finds it standing."""
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pytest
@@ -46,7 +48,7 @@ def test_no_more_are_dropped_than_are_asked_for():
     assert len(rested.chosen) == 2
 
 
-def test_a_packing_at_rest_stands_in_a_simulation_of_its_own(tmp_path):
+def test_a_packing_at_rest_stands_in_a_simulation_of_its_own():
     """Blocks alone, so that MuJoCo's own boxes can judge: they fall from where they rest, and do not move."""
     random, pool = np.random.default_rng(0), []
     for k, edges in enumerate(random.uniform(0.03, 0.09, (14, 3))):
@@ -79,7 +81,7 @@ def test_a_packing_at_rest_stands_in_a_simulation_of_its_own(tmp_path):
     assert moved.max() * 0.2 < 1e-3, "metres"
 
 
-def test_gravity_is_recorded_and_told(tmp_path):
+def test_gravity_is_recorded_and_told():
     found = rasp.pack(cubes(2, 0.05), rasp.box(0.12, 0.12, 0.12), method="spectral", gravity=True)
     assert found.record()["gravity"]["stands"] is True
     boxes = rasp.pack_boxes(cubes(9, 0.05), rasp.box(0.11, 0.11, 0.11), "spectral", gravity=True)
@@ -91,10 +93,9 @@ def test_gravity_is_recorded_and_told(tmp_path):
 
 def test_what_gravity_excludes_is_refused():
     pool, room = kitchen_like(2), box((0.3, 0.3, 0.3))
-    wished = [make_body("c", *(lambda m: (m.vertices, m.faces))(trimesh.creation.box([0.1] * 3)))]
-    object.__setattr__(wished[0], "wishes", Wishes(turns=turns_of("z", wished[0].manifold)))
-    fixed = cubes(1)
-    object.__setattr__(fixed[0], "wishes", Wishes(fixed=True))
+    (cube,) = cubes(1)
+    wished = [replace(cube, wishes=Wishes(turns=turns_of("z", cube.manifold)))]
+    fixed = [replace(cube, wishes=Wishes(fixed=True))]
     for bodies, where, options, told in (
         (pool, FreeBox((None, None, None)), {}, "gravity needs a container that is given"),
         (fixed, room, {}, "what is fixed does not fall"),
