@@ -158,16 +158,17 @@ def test_recorded_curves_are_of_the_settings_that_the_solution_names(letter, run
 
     def watch(step):
         course(step)
-        return step.iteration == 30
+        return step.iteration == 10
 
     optimize(problem, Settings(**settings), callback=watch)
-    anew = np.array(course.rows)[1:4, :3].T
+    # The first ten iterations are much the same on every machine; at D's high rate those after them are not.
+    anew = course.rows[1][:3]
     far = {
-        other: sum(np.abs(np.array(curves[name])[1:4] - row).sum() for name, row in zip(curves, anew, strict=True))
+        other: sum(abs(curves[name][1] - value) for name, value in zip(curves, anew, strict=True))
         for other, curves in recorded["curves"].items()
     }
     assert min(far, key=far.get) == letter
-    assert far[letter] < 0.2 * sorted(far.values())[1]
+    assert far[letter] < 0.1 * sorted(far.values())[1]
 
 
 def test_the_guide_names_every_exercise():

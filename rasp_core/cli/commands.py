@@ -151,7 +151,7 @@ def art(options: argparse.Namespace) -> int:
     check_time(options)
     folder, building, fitting, fallen = check_writable(options.out), build_of(options), fit_of(options), []
     check_printer(**building or {})
-    several = options.text is not None and len(options.text[0]) > 1
+    several = options.text is not None and max(map(len, options.text)) > 1
     places = (folder / f"{number}" for number in itertools.count(1)) if several else iter([folder])
 
     def keep(heap) -> None:

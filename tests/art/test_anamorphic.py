@@ -106,7 +106,7 @@ def test_the_command_paints_and_writes_a_run(squares, capsys):
 def test_the_command_makes_a_heap_for_each_place_in_words(squares, capsys):
     limits = ["--resolution", "64", "--width", "0.4", "--count", "3", "--pictures", "--out", str(squares / "words")]
     building = ["--build", "--printer", "90,90,120", "--thickness", "1"]
-    assert main(["art", str(squares / "objects"), "--text", "AB", "12", *limits, *building]) == 0
+    assert main(["art", str(squares / "objects"), "--text", "I", "12", *limits, *building]) == 0
     assert "built.stl: one closed piece of " in capsys.readouterr().out
     assert (squares / "words" / "1" / "result.json").exists()
     files = {path.name for path in (squares / "words" / "2").iterdir()}
@@ -126,7 +126,7 @@ def test_the_command_makes_a_heap_for_each_place_in_words(squares, capsys):
         (["--targets", "a.png", "text.png"], "text.png: cannot be read as a picture"),
         (["--targets", "a.png", "none.png"], "none.png: no such picture"),
         (["--text", "A", "\U00012000"], "the font has no letter"),
-        (["--text", "A", "BC"], "as many letters as each other"),
+        (["--text", "AB", ""], "words need a letter at least"),
         (["--text", "A", "B", "--paint"], "letters have no colours"),
         (["--text", "A", "B", "--resolution", "4"], "resolution must be at least 32, got 4"),
         (["--text", "A", "B", "--count", "0"], "needs at least one object, got a count of 0"),
