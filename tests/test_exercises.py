@@ -7,7 +7,6 @@ import json
 from pathlib import Path
 
 import nbformat
-import numpy as np
 import pytest
 
 from data_fetch import kitchen_like

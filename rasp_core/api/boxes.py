@@ -12,12 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..geometry.containers import Container, FreeBox, parse
-from ..geometry.loading import METRES, Reading
+from ..geometry.containers import Container, FreeBox
 from ..geometry.meshes import Body
-from ..io import tables
 from ..io.atomic_files import whole
-from ..packing.boxes import fill_boxes, least_number
+from ..packing.boxes import Kind, fill_boxes, least_number
 from ..packing.constructive import RULES
 from ..packing.methods import SETTINGS, USES, refuse_ignored, resolve_method
 from ..packing.pool import check_sizes, fitting
@@ -28,7 +26,7 @@ from .run_folder import RECORD, check_writable
 
 SUMMARY, TABLE = "boxes.json", "boxes.csv"
 ONE = (str, Path, Container, FreeBox)  # what names one container
-MOST_BOXES = 1000  # of one kind in a table
+Counted = tuple[str | Path | Container, int | None]
 PLACEMENT = "spectral"  # what boxes are filled by before a search refills them
 
 
@@ -157,7 +155,7 @@ class BoxesResult:
 
 def pack_boxes(
     parts: str | Path | Sequence[Body] | Sequence[str | Path],
-    container: str | Path | Container | Sequence[str | Path | Container],
+    container: str | Path | Container | Sequence[str | Path | Container | Counted],
     method: str | None = None,
     *,
     boxes: int | None = None,
@@ -169,8 +167,9 @@ def pack_boxes(
     """Pack rigid objects into as few boxes as are found, each certified.
 
     parts, method, keep_out, unit : as `pack` has them. container : what all boxes are like, as `pack` has it, or
-    several, in the order in which they are filled; the last of them is repeated. boxes : so many at most, None for as
-    many as are needed. What must go in goes into the first boxes, and what is too large for one into a later one.
+    several, in the order in which they are filled, each alone or with how many there are, None for as many as are
+    needed; alone they are one each, and the last as many as are needed. boxes : so many at most, all together. What
+    must go in goes into the first boxes, and what is too large for one into a later one.
     Boxes are filled by spectral placements, then refilled by the method as far as that gains. time_limit : seconds for
     refilling, all boxes together. options : the others of `pack` but count and fixed.
 
@@ -188,13 +187,12 @@ def pack_boxes(
         if options.get(name):
             raise InputError(f"{name} is of one box, and several are asked for; leave one of them out")
     bodies = as_bodies(parts)
-    rooms = [as_container(one) for one in ([container] if isinstance(container, ONE) else container)]
+    rooms, counts = _counted(container)
     if not rooms or any(isinstance(room, FreeBox) for room in rooms):
         raise InputError("several boxes are of given kinds; give their edges, such as box:0.3,0.2,0.2")
-    zoned = {id(room): with_zones(room, keep_out) for room in rooms}
-    fits = {key: fitting(bodies, room) for key, room in zoned.items()}
-    rooms, small = [zoned[id(room)] for room in rooms], [fits[id(room)] for room in rooms]
-    nowhere = [body for i, body in enumerate(bodies) if not any(i in some for some in small)]
+    rooms = [with_zones(room, keep_out) for room in rooms]
+    kinds = [Kind(room.volume, count, fitting(bodies, room)) for room, count in zip(rooms, counts, strict=True)]
+    nowhere = [body for i, body in enumerate(bodies) if not any(i in kind.fitting for kind in kinds)]
     if nowhere or not bodies:
         check_sizes(nowhere, max(rooms, key=lambda room: room.volume), unit)
 
@@ -208,45 +206,26 @@ def pack_boxes(
         return pack(some, rooms[kind], method, time_limit=seconds, unit=unit, **options)
 
     refuse_ignored(method, {name: value for name, value in options.items() if value is not None}, rooms[0])
-    volumes = [room.volume for room in rooms]
-    found = fill_boxes(place, search, bodies, volumes, boxes, time_limit, small)
+    found = fill_boxes(place, search, bodies, kinds, boxes, time_limit)
     packings = []
     for box in found:
         musts = [body.name for body in box.packed.bodies if body.wishes.must]
         packings.append(replace(box.packed, chosen=box.indices, pool=len(bodies), musts=musts))
     packed = {i for box in found for i in box.indices}
     left = [body for i, body in enumerate(bodies) if i not in packed]
-    return BoxesResult(packings, left, least_number(bodies, volumes), time.monotonic() - began)
+    return BoxesResult(packings, left, least_number(bodies, kinds), time.monotonic() - began)
 
 
-def read_boxes(
-    path: str | Path, reading: Reading = METRES, directions: Sequence[tuple[float, float]] | None = None
-) -> tuple[list[Container], int | None]:
-    """The boxes of a table, in its order, and how many there are at most: a CSV with the columns container, as
-    `containers.parse` has it (files relative to the table), and count, a whole number, 1 if there is none, or auto in
-    the last row, for as many as are needed. directions : azimuth and elevation in degrees of each view of all boxes.
-
-    Raises InputError naming row, column and what is expected.
-    """
-    path, found, most = Path(path), [], 0
-    rows = tables.rows(path, {"container": "box:X,Y,Z or a mesh file"}, ("count",))
-    for number, cells in rows:
-        text, count = cells["container"], cells.get("count", "1").lower()
-        if count == "auto" and number == rows[-1][0]:
-            most = None
-        elif not (count.isdecimal() and 1 <= int(count) <= MOST_BOXES):
-            raise InputError(
-                f"{path}: row {number}, column count: a whole number from 1 to {MOST_BOXES}, or auto in the last row, "
-                f"is expected, got {cells['count']!r}"
-            )
-        try:
-            room = parse(text if text.startswith(("box:", "auto")) else str(path.parent / text), reading)
-        except InputError as error:
-            raise InputError(f"{path}: row {number}, column container: {error}") from error
-        room = room if directions is None or isinstance(room, FreeBox) else room.seen_from(directions)
-        found += [room] * (1 if most is None else int(count))
-        most = None if most is None else len(found)
-    return found, most
+def _counted(
+    container: str | Path | Container | Sequence[str | Path | Container | Counted],
+) -> tuple[list[Container | FreeBox], list[int | None]]:
+    """The kinds of boxes, and how many there are of each."""
+    given = [container] if isinstance(container, ONE) else list(container)
+    pairs = [(one, 1 if k < len(given) else None) if isinstance(one, ONE) else one for k, one in enumerate(given, 1)]
+    for _, count in pairs:
+        if count is not None and count < 1:
+            raise InputError(f"of each kind of box there are 1 or more, or None for as many as are needed, got {count}")
+    return [as_container(one) for one, _ in pairs], [count for _, count in pairs]
 
 
 def folder_name(number: int | str) -> str:

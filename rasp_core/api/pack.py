@@ -22,7 +22,7 @@ from ..packing import methods
 from ..packing.clearance import clearance_of
 from ..packing.separable import check_open, made_separable
 from ..physics import disassembly
-from ..physics import gravity as falling
+from ..physics.gravity import Settled, settle
 from ..physics.resting import Resting, check_may_rest, made_resting
 from ..problem import Settings
 from ..util.devices import resolve_device
@@ -101,12 +101,12 @@ class PackingResult(Result):
             raise InputError("the order to load it is not known; pack with separable=True")
         return LoadingOrder(self.bodies, self.matrices, self.container, self.dismantling)
 
-    def settle(self) -> falling.Settled:
+    def settle(self) -> Settled:
         """Where the objects come to rest under gravity, certified again: with the same clearance, if one was asked for,
         which objects that rest on each other do not keep. Raises InputError where some are fixed."""
         if self.fixed:
             raise InputError("what is fixed does not fall, and nothing settles about it; leave out --settle or --fixed")
-        settled, gaps = falling.settle(self.bodies, self.matrices, self.container), self.certificate.gaps
+        settled, gaps = settle(self.bodies, self.matrices, self.container), self.certificate.gaps
         if gaps is None:
             return settled
         asked = gaps.of(self.bodies), gaps.wall_clearance
@@ -135,7 +135,7 @@ class PackingResult(Result):
         self,
         folder: str | Path,
         facts: Mapping | None = None,
-        settled: falling.Settled | None = None,
+        settled: Settled | None = None,
         export: str = "",
     ) -> Path:
         """As `Result.save`, with run.html where there is a recording, and load.html where `separable` was asked for;

@@ -35,14 +35,14 @@ SWEPT = (
 def pack(options: argparse.Namespace) -> int:
     """Pack objects into a container."""
     with loading():
-        from ..api.boxes import pack_boxes, read_boxes
         from ..api.inputs import as_fixed
         from ..api.pack import pack as pack_parts
         from ..api.run_folder import check_writable
+        from ..geometry.box_table import read_boxes
         from ..geometry.containers import FreeBox
         from ..geometry.loading import load_bodies
         from ..io.exports import formats
-        from ..packing import methods
+        from ..packing import from_files
 
     count, table = count_of(options.count), table_of(options)
     boxes = None if table or options.boxes is None else count_of(options.boxes, "--boxes")
@@ -53,13 +53,11 @@ def pack(options: argparse.Namespace) -> int:
     check_together(options)
     folder, reading = check_writable(options.out), reading_of(options)
     method = method_of(options, given_of(options, "time_limit", "effort", "record", *SETTINGS) | counted(count))
-    rooms = []
-    if table:
-        views = methods.directions_of(options.azimuths_deg, options.elevations_deg)
-        rooms, boxes = read_boxes(table, reading, views)
-    bodies, container, scale = methods.load(
+    views = from_files.directions_of(options.azimuths_deg, options.elevations_deg)
+    kinds = read_boxes(table, reading, views) if table else []
+    bodies, container, scale = from_files.load(
         objects=options.objects,
-        container=rooms[0] if table else container_of(options),
+        container=kinds[0][0] if table else container_of(options),
         repeat=options.repeat,
         fit_objects=options.fit_objects,
         seed=options.seed,
@@ -84,12 +82,7 @@ def pack(options: argparse.Namespace) -> int:
         **given_of(options, *SETTINGS, *CLEARANCES),
     }
     if options.boxes:
-        found = pack_boxes(bodies, rooms or container, method, boxes=boxes, **asked)
-        found.save(folder, {"object_scale": scale}, options.export)
-        for line in found.lines(options.unit):
-            print(f"rasp: {line}", file=sys.stderr)
-        print(f"{folder}: {found.headline()}; by volume alone {found.least}")
-        return 0 if found.certified and found.separable and found.resting and not found.missing else 1
+        return _pack_boxes(bodies, kinds or container, method, {"boxes": boxes, **asked}, folder, scale, options)
     packed = pack_parts(bodies, container, method, record=bool(options.record), **asked)
     apart = packed.dismantling
     print(f"rasp: {_removal(packed.removal) if apart is None else apart.summary()}", file=sys.stderr)
@@ -109,6 +102,18 @@ def pack(options: argparse.Namespace) -> int:
         print(f"rasp: must go in, but found no place: {', '.join(packed.missing)}", file=sys.stderr)
     asked = [one.holds for one in (apart, packed.resting) if one is not None]
     return 0 if packed.certificate.holds and not packed.missing and all(asked) else 1
+
+
+def _pack_boxes(bodies, container, method: str, asked: dict, folder: Path, scale: float, options) -> int:
+    """Pack objects into several boxes."""
+    from ..api.boxes import pack_boxes
+
+    found = pack_boxes(bodies, container, method, **asked)
+    found.save(folder, {"object_scale": scale}, options.export)
+    for line in found.lines(options.unit):
+        print(f"rasp: {line}", file=sys.stderr)
+    print(f"{folder}: {found.headline()}; by volume alone {found.least}")
+    return 0 if found.certified and found.separable and found.resting and not found.missing else 1
 
 
 def assemble(options: argparse.Namespace) -> int:
@@ -202,7 +207,7 @@ def sweep(options: argparse.Namespace) -> int:
 
     with loading():
         from ..geometry.loading import METRES
-        from ..packing import methods
+        from ..packing import from_files
         from ..problem import Settings
         from .sweep import grid
         from .sweep import sweep as sweep_all
@@ -229,7 +234,7 @@ def sweep(options: argparse.Namespace) -> int:
     if (reading := reading_of(options)) != METRES:
         fixed["reading"] = asdict(reading)
     runs = [fixed | run for run in varied]
-    found = sweep_all(methods.pack, runs, options.out, options.workers, options.scheduler, progress=True)
+    found = sweep_all(from_files.pack, runs, options.out, options.workers, options.scheduler, progress=True)
     with whole(options.out / "sweep.csv") as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, [*varied[0], *found[0]])
         writer.writeheader()

@@ -181,18 +181,19 @@ class FreeBox:
         return np.array([free if edge is None else edge for edge in self.edges])
 
 
-def parse(text: str, reading: Reading = METRES) -> Container | FreeBox:
+def parse(text: str, reading: Reading = METRES, folder: str | Path = ".") -> Container | FreeBox:
     """A container from its description.
 
     `box:0.32,0.32,0.30` (in the reading's unit), `auto`, `auto:cube` or `auto:0.32,0.32,*` (a box to be found, * its
-    free edges), the path of a mesh, or `cavity:` and the path of a vessel's mesh. Raises InputError with the remedy.
+    free edges), the path of a mesh, or `cavity:` and the path of a vessel's mesh; paths are relative to `folder`.
+    Raises InputError with the remedy.
     """
     if text == "auto" or text.startswith("auto:"):
         return _parse_free(text, reading.metres)
     if text.startswith(CAVITY):
-        return cavity_of(text.removeprefix(CAVITY), reading)
+        return cavity_of(Path(folder, text.removeprefix(CAVITY)), reading)
     if not text.startswith("box:"):
-        return from_mesh(text, reading)
+        return from_mesh(Path(folder, text), reading)
     try:
         edges = [float(word) for word in text[4:].split(",")]
     except ValueError:

@@ -9,6 +9,8 @@ rest is over again, until nothing is, or every box has been tried in vain.
 
 from __future__ import annotations
 
+import itertools
+import math
 import time
 from collections.abc import Callable, Sequence
 from typing import NamedTuple, Protocol
@@ -41,12 +43,25 @@ class Box(NamedTuple):
     kind: int
 
 
-def least_number(bodies: Sequence[Body], volumes: Sequence[float]) -> int:
-    """Boxes that bodies need at least by their own volumes; volumes : cubic metres of the first, the second, ..., the
-    last one repeated."""
-    left, number = sum(body.volume for body in bodies) * (1 - 1e-9), 1
-    while (left := left - volumes[min(number, len(volumes)) - 1]) > 0:
-        number += 1
+class Kind(NamedTuple):
+    """One kind of box: cubic metres of each, how many there are, None for as many as are needed, and the indices of the
+    bodies that are not too large for it, None for all."""
+
+    volume: float
+    count: int | None = None
+    fitting: set[int] | None = None
+
+
+def least_number(bodies: Sequence[Body], kinds: Sequence[Kind]) -> int:
+    """Boxes that bodies need at least by their own volumes, in the kinds' order; all that there are, if these do not
+    hold them."""
+    left, number = sum(body.volume for body in bodies) * (1 - 1e-9), 0
+    for kind in kinds:
+        needed = max(1, math.ceil(left / kind.volume)) if kind.count is None else kind.count
+        for _ in range(needed):
+            number, left = number + 1, left - kind.volume
+            if left <= 0:
+                return number
     return number
 
 
@@ -54,20 +69,18 @@ def fill_boxes(
     place: Place,
     search: Search,
     bodies: Sequence[Body],
-    volumes: Sequence[float],
+    kinds: Sequence[Kind],
     most: int | None = None,
     time_limit: float | None = None,
-    fitting: Sequence[set[int]] | None = None,
 ) -> list[Box]:
     """The boxes, each with the indices of its objects among `bodies`, in their order there.
 
-    place, search : called with bodies and the box's kind, search also with seconds, None without a `time_limit` for
-    all; both raise InputError where nothing goes in. volumes : of the kinds, cubic metres, in the order in which they
-    are filled; the last one is repeated. most : boxes, as many as are needed if None; then what is over is in none of
-    them. fitting : indices of the bodies that are not too large for each kind, all if None. Raises InputError as the
-    last placement does if nothing goes in anywhere.
+    place, search : called with bodies and the number of the box's kind, search also with seconds, None without a
+    `time_limit` for all; both raise InputError where nothing goes in. kinds : in the order in which they are filled.
+    most : boxes, all together; what is then over is in none of them. Raises InputError as the last placement does if
+    nothing goes in anywhere.
     """
-    filling = _Filling(place, search, list(bodies), volumes, time_limit, fitting)
+    filling = _Filling(place, search, list(bodies), kinds, time_limit)
     filling.fill(most)
     filling.refill()
     return filling.boxes
@@ -81,35 +94,38 @@ class _Filling:
         place: Place,
         search: Search,
         bodies: list[Body],
-        volumes: Sequence[float],
+        kinds: Sequence[Kind],
         time_limit: float | None,
-        fitting: Sequence[set[int]] | None,
     ):
-        self.place, self.search, self.bodies = place, search, bodies
-        self.worth, self.volumes = Worth(bodies), volumes
+        self.place, self.search, self.bodies, self.kinds = place, search, bodies, kinds
+        self.worth = Worth(bodies)
         self.left = list(range(len(bodies)))
-        self.fitting = [set(self.left)] * len(volumes) if fitting is None else fitting
-        self.least = least_number(bodies, volumes)
+        self.fitting = [set(self.left) if kind.fitting is None else kind.fitting for kind in kinds]
+        self.least = least_number(bodies, kinds)
         self.ends = None if time_limit is None else time.monotonic() + time_limit
         self.boxes: list[Box] = []
 
     def fill(self, most: int | None) -> None:
         """Box after box, until nothing is left, nothing goes in, or they are as many as are allowed."""
-        last, number = len(self.volumes) - 1, 0
-        while (self.left or not self.boxes) and (most is None or number < most):
-            kind, number = min(number, last), number + 1
-            try:
-                box = self._packed(self.left, kind, self.place)
-            except InputError:
-                if kind < last and (most is None or number < most):
-                    continue  # the next is perhaps larger
-                if not self.boxes:
-                    raise
-                self.left = []  # what goes into no empty box is not offered to others
-                self.least = least_number([self.bodies[i] for box in self.boxes for i in box.indices], self.volumes)
-                return
-            self.boxes.append(box)
-            self.left = [i for i in self.left if i not in set(box.indices)]
+        refused: InputError | None = None
+        for number, kind in enumerate(self.kinds):
+            for _ in itertools.count() if kind.count is None else range(kind.count):
+                if (self.boxes and not self.left) or len(self.boxes) == most:
+                    return
+                try:
+                    box = self._packed(self.left, number, self.place)
+                except InputError as error:
+                    refused = error
+                    break  # the next kind is perhaps larger
+                self.boxes.append(box)
+                self.left = [i for i in self.left if i not in set(box.indices)]
+                refused = None
+        if refused is None:
+            return
+        if not self.boxes:
+            raise refused
+        self.left = []  # what goes into no empty box is not offered to others
+        self.least = least_number([self.bodies[i] for box in self.boxes for i in box.indices], self.kinds)
 
     def refill(self) -> None:
         """Offer each box what is over, one after the other, until all have been offered it in vain."""
@@ -133,7 +149,8 @@ class _Filling:
         before, over, kind = self.boxes[number].indices, self.left or self.boxes[-1].indices, self.boxes[number].kind
         box = self._packed([*before, *over], kind, lambda bodies, kind: self.search(bodies, kind, seconds))
         rest = [i for i in (*before, *over) if i not in set(box.indices)]
-        if not (box.packed.certificate.holds and self.worth.more(box.indices, before, GAINED * self.volumes[kind])):
+        gained = self.worth.more(box.indices, before, GAINED * self.kinds[kind].volume)
+        if not (box.packed.certificate.holds and gained):
             return False
         if self.left:
             self.left = rest

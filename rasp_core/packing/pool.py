@@ -50,30 +50,26 @@ def check_sizes(bodies: Sequence[Body], container: Container, unit: str = "m") -
     """
     if not bodies:
         raise InputError("there is nothing to pack; give at least one object")
-    diameter, ball = _diameter(container.body), _inscribed_radius(container.body)
-    known: set[str] = set()
-    for body in bodies:
-        if body.digest in known:
-            continue
-        known.add(body.digest)
-        if _too_large(body, container, diameter, ball):
-            whole, clear = np.ptp(container.whole.bounds, axis=0), ""
-            size = " x ".join(f"{2 * h / UNITS[unit]:.3g}" for h in body.inside.half_extents)
-            room = " x ".join(f"{edge / UNITS[unit]:.3g}" for edge in whole)
-            if container.whole is not container:
-                kept = body.growth + float((whole - np.ptp(container.bounds, axis=0)).max()) / 2
-                clear = f" with {kept / UNITS[unit]:.3g} {unit} clear on all sides" if kept > 0 else ""
-            remedy = "leave it out, enlarge the container, or scale the objects with --fit-objects"
-            far_too_large = 2 * body.radius > OTHER_UNIT * diameter
-            if far_too_large and not _too_large(body.scaled(MILLIMETRES), container, diameter, ball):
-                remedy = "a thousandth of it would fit: if the file is in millimetres, say so with --unit mm"
-            if container.size is None:
-                remedy = describe_wall(container.whole.body) or remedy
-            raise InputError(f"{body.name}: {size} {unit}{clear} is larger than the container, {room} {unit}; {remedy}")
+    fits = fitting(bodies, container)
+    body = next((body for i, body in enumerate(bodies) if i not in fits), None)
+    if body is None:
+        return
+    whole, clear = np.ptp(container.whole.bounds, axis=0), ""
+    size = " x ".join(f"{2 * h / UNITS[unit]:.3g}" for h in body.inside.half_extents)
+    room = " x ".join(f"{edge / UNITS[unit]:.3g}" for edge in whole)
+    if container.whole is not container:
+        kept = body.growth + float((whole - np.ptp(container.bounds, axis=0)).max()) / 2
+        clear = f" with {kept / UNITS[unit]:.3g} {unit} clear on all sides" if kept > 0 else ""
+    remedy = "leave it out, enlarge the container, or scale the objects with --fit-objects"
+    if 2 * body.radius > OTHER_UNIT * _diameter(container.body) and fitting([body.scaled(MILLIMETRES)], container):
+        remedy = "a thousandth of it would fit: if the file is in millimetres, say so with --unit mm"
+    if container.size is None:
+        remedy = describe_wall(container.whole.body) or remedy
+    raise InputError(f"{body.name}: {size} {unit}{clear} is larger than the container, {room} {unit}; {remedy}")
 
 
 def fitting(bodies: Sequence[Body], container: Container) -> set[int]:
-    """Indices of the bodies that are not too large for the container by what `check_sizes` looks at."""
+    """Indices of the bodies that are not surely too large for the container by what `check_sizes` looks at."""
     diameter, ball = _diameter(container.body), _inscribed_radius(container.body)
     known = {body.digest: body for body in bodies}
     fits = {digest for digest, body in known.items() if not _too_large(body, container, diameter, ball)}

@@ -1,6 +1,6 @@
 """Packings that stand by themselves: what a search found settles under gravity, and what is over drops onto it.
 
-Objects fall and come to rest (`gravity.settle`); what then finds room above them is dropped from there, and all fall
+Objects fall and come to rest; what then finds room above them is dropped from there, and all fall
 again, while that gains. In the end MuJoCo lets all stand for two seconds, and nothing may move by more than a little.
 """
 
@@ -18,9 +18,10 @@ from ..geometry.meshes import Body
 from ..packing.dropping import drop
 from ..packing.pool import Worth
 from ..packing.result import Packing, finish_anew
-from ..poses import from_matrices
+from ..poses import Poses, from_matrices, join
 from ..util.errors import InputError
-from .gravity import settle
+from .falling import Fall
+from .gravity import pressed_out
 
 SECONDS = 2.0  # that a packing is to stand
 MOST_MOVED = 0.003  # of the container's longest edge, by which what stands may move: a millimetre in 0.33 m
@@ -89,9 +90,13 @@ def made_resting(
 
     pool : that `packed.chosen` counts, all of which pass `check_may_rest`. most : objects, at most.
     """
-    worth, chosen = Worth(pool), list(packed.chosen)
-    matrices, resting = _rested([pool[i] for i in chosen], packed.matrices, container)
-    best = finish_anew(packed, pool, chosen, from_matrices(packed.bodies, matrices), container, device)
+    worth = Worth(pool)
+
+    def rested(chosen: list[int], start: Poses) -> tuple[Packing, Resting]:
+        poses, resting = _rested([pool[i] for i in chosen], start, container)
+        return finish_anew(packed, pool, chosen, poses, container, device), resting
+
+    best, resting = rested(list(packed.chosen), packed.poses)
     for _ in range(DROPS):
         over = [i for i in range(len(pool)) if i not in set(best.chosen)]
         dropped = drop(pool, over, best.chosen, best.matrices, container)[0]
@@ -99,30 +104,32 @@ def made_resting(
             dropped = dropped[: most - len(best.chosen)]
         if not dropped:
             break
-        chosen = [*best.chosen, *(i for i, _ in dropped)]
-        bodies, placed = [pool[i] for i in chosen], np.concatenate([best.matrices, [m for _, m in dropped]])
-        matrices, found = _rested(bodies, placed, container)
-        more = finish_anew(packed, pool, chosen, from_matrices(bodies, matrices), container, device)
+        more, found = rested(
+            [*best.chosen, *(i for i, _ in dropped)],
+            join(best.poses, from_matrices([pool[i] for i, _ in dropped], np.array([m for _, m in dropped]))),
+        )
         if not (more.certificate.holds and found.holds and worth.more(more.chosen, best.chosen)):
             break
         best, resting = more, found
     return best, resting
 
 
-def _rested(bodies: Sequence[Body], matrices: np.ndarray, container: Container) -> tuple[np.ndarray, Resting]:
-    """Where bodies come to rest, `(N, 4, 4)`, and how they stand there; of several tries the one that stands best."""
+def _rested(bodies: Sequence[Body], start: Poses, container: Container) -> tuple[Poses, Resting]:
+    """Where bodies come to rest and how they stand there; of several tries the one that stands best."""
     most = MOST_MOVED * float(np.ptp(container.bounds, axis=0).max())
-    matrices, found = settle(bodies, matrices, container, REST_SECONDS).matrices, []
+    fall, found = Fall(bodies, container), []
+    fallen = fall.run(start, REST_SECONDS)
     for _ in range(TRIES):
-        after = settle(bodies, matrices, container, SECONDS, until_rest=False)
-        found.append((matrices, Resting(_farthest(bodies, matrices, after.matrices), most, SECONDS)))
+        poses = pressed_out(bodies, fallen.poses, container)[0]
+        fallen = fall.run(poses, SECONDS, until_rest=False)
+        found.append((poses, Resting(_farthest(bodies, poses, fallen.poses), most, SECONDS)))
         if found[-1][1].holds:
             break
-        matrices = after.matrices
     return min(found, key=lambda one: one[1].moved)
 
 
-def _farthest(bodies: Sequence[Body], before: np.ndarray, after: np.ndarray) -> float:
+def _farthest(bodies: Sequence[Body], before: Poses, after: Poses) -> float:
     """Metres by which a point of a body moved at most."""
-    pairs = zip(bodies, before, after, strict=True)
-    return max(float(np.linalg.norm(body.placed(a) - body.placed(b), axis=1).max()) for body, a, b in pairs)
+    turned, moved = (after.rotation - before.rotation).numpy(), (after.translation - before.translation).numpy()
+    pairs = zip(bodies, turned, moved, strict=True)
+    return max(float(np.linalg.norm(body.solid_vertices @ r.T + t, axis=1).max()) for body, r, t in pairs)

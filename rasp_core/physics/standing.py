@@ -13,7 +13,7 @@ import trimesh
 from scipy.spatial import ConvexHull
 
 from ..util.errors import InputError
-from .gravity import SIMULATION
+from .falling import SIMULATION
 
 DROPPED = 1e-3  # of the solid's height: how far above the floor it begins
 FLAT = 1e-4  # of the height: how far above the lowest point a corner is taken to touch

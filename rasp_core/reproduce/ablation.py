@@ -14,7 +14,7 @@ from ..geometry.surface_points import surface_points
 from ..iteration import PULLS_EVERY, Step
 from ..objective import LOSS_NAMES
 from ..optimizer import Arrangement, optimize
-from ..packing import initialization, methods
+from ..packing import from_files, initialization
 from ..poses import file_to_world, to_world
 from ..problem import Problem, Settings
 from ..silhouettes import render
@@ -38,8 +38,8 @@ def study(
 ) -> dict:
     """Arrange some of a pool's objects by Eq. 1, and judge the result.
 
-    objects, container, azimuths_deg, elevations_deg : as `methods.load` has them. count : the pool's first so many; or
-    filled : in the seed's order, as many as come to this share of the container's volume, at most. start : one of
+    objects, container, azimuths_deg, elevations_deg : as `from_files.load` has them. count : the pool's first so many;
+    or filled : in the seed's order, as many as come to this share of the container's volume, at most. start : one of
     `initialization.STARTS`. unit : all lengths, the container's too, are divided by it first. settings : of
     `problem.Settings`.
 
@@ -47,7 +47,7 @@ def study(
     InputError where the pool is too small.
     """
     chosen = Settings(**settings)
-    pool, room, _ = methods.load(objects, container, azimuths_deg=azimuths_deg, elevations_deg=elevations_deg)
+    pool, room, _ = from_files.load(objects, container, azimuths_deg=azimuths_deg, elevations_deg=elevations_deg)
     if filled is not None:
         pool = [pool[i] for i in np.random.default_rng(chosen.seed).permutation(len(pool))]
         count = int((np.cumsum([body.volume for body in pool]) <= filled * room.volume).sum())

@@ -20,7 +20,7 @@ def resized(bodies: Sequence[Body], seed: int = 0) -> list[Body]:
 
 
 def as_files(bodies: Sequence[Body], folder: str | Path, divided: bool = False) -> list[str]:
-    """Write the bodies' surfaces as STL files into a folder, and name it, as `methods.load` has objects.
+    """Write the bodies' surfaces as STL files into a folder, and name it, as `from_files.load` has objects.
 
     divided : each face in four. Raises OSError where the folder cannot be written.
     """

@@ -5,14 +5,11 @@ import json
 from itertools import chain
 
 import pytest
-import trimesh
 
 import rasp_core as rasp
 from data_fetch import kitchen_like
-from rasp_core.api.boxes import read_boxes
 from rasp_core.exact.certificate import certify
 from rasp_core.geometry.items import Item
-from rasp_core.geometry.loading import Reading
 from rasp_core.util.errors import InputError
 
 BOX = rasp.box(0.15, 0.15, 0.12)
@@ -73,49 +70,18 @@ def test_what_is_left_over_is_named():
     assert len(found.left) + len(found[0].bodies) == 8
 
 
-def test_boxes_of_a_table_are_filled_in_its_order(tmp_path):
-    table = tmp_path / "boxes.csv"
-    table.write_text('container,count\n"box:0.01,0.2,0.2"\n"box:0.15,0.15,0.12",auto\n')
-    rooms, most = read_boxes(table, directions=[(0, 0)])
-    assert [room.size.tolist() for room in rooms] == [[0.01, 0.2, 0.2], [0.15, 0.15, 0.12]]
-    assert most is None
-    assert len(rooms[1].views()) == 1
-    found = rasp.pack_boxes(kitchen_like(8), rooms, "spectral", boxes=most, resolution=32)
+def test_boxes_of_several_kinds_are_filled_in_their_order(tmp_path):
+    kinds = [(rasp.box(0.01, 0.2, 0.2), 2), (BOX, None)]
+    found = rasp.pack_boxes(kitchen_like(8), kinds, "spectral", resolution=32)
     assert found.certified
     assert not found.left
-    assert {packed.container for packed in found} == {rooms[1]}, "nothing is as flat as the first"
+    assert {packed.container for packed in found} == {BOX}, "nothing is as flat as the first"
     summary = json.loads((found.save(tmp_path / "out") / "boxes.json").read_text())
     assert summary["boxes"][0]["extent"] == [0.15, 0.15, 0.12]
-
-
-def test_a_table_counts_boxes_and_names_meshes(tmp_path):
-    trimesh.creation.icosphere(radius=0.1).export(tmp_path / "ball.stl")
-    table = tmp_path / "boxes.csv"
-    table.write_text('Container,count\nball.stl,2\n"box:100,100,100",\n')
-    rooms, most = read_boxes(table, Reading("mm"))
-    assert most == len(rooms) == 3
-    assert rooms[0] is rooms[1]
-    assert rooms[2].size.tolist() == pytest.approx([0.1, 0.1, 0.1])
-
-
-@pytest.mark.parametrize(
-    ("text", "told"),
-    [
-        (
-            "container,count\nball.stl,0\n",
-            "row 2, column count: a whole number from 1 to 1000, or auto in the last row",
-        ),
-        ("container,count\nball.stl,auto\nball.stl,1\n", "row 2, column count: .*, got 'auto'"),
-        ("container\nball.stl\n", r"row 2, column container: .*ball\.stl"),
-        ('container\n"box:1,2"\n', "row 2, column container: .* is not a box; write"),
-        ("count\n3\n", "has no column container, box:X,Y,Z or a mesh file"),
-        ("container,count\n,3\n", "row 2, column container: box:X,Y,Z or a mesh file is needed"),
-    ],
-)
-def test_bad_tables_of_boxes_are_refused(tmp_path, text, told):
-    (tmp_path / "boxes.csv").write_text(text)
-    with pytest.raises(InputError, match=told):
-        read_boxes(tmp_path / "boxes.csv")
+    one = rasp.pack_boxes(kitchen_like(8), [(BOX, 1)], "spectral", resolution=32)
+    assert (len(one), len(one.left)) == (1, 8 - len(one[0].bodies))
+    alone = rasp.pack_boxes(kitchen_like(8), [kinds[0][0], BOX], "spectral", resolution=32)
+    assert [packed.chosen for packed in alone] == [packed.chosen for packed in found], "the last as often as is needed"
 
 
 @pytest.mark.parametrize(
@@ -126,6 +92,7 @@ def test_bad_tables_of_boxes_are_refused(tmp_path, text, told):
         (BOX, {"fixed": ["a"]}, "fixed is of one box"),
         ("auto", {}, "several boxes are of given kinds"),
         ([], {}, "several boxes are of given kinds"),
+        ([(BOX, 0)], {}, "there are 1 or more, or None for as many as are needed, got 0"),
         (rasp.box(0.02, 0.02, 0.02), {"unit": "mm"}, "mm is larger than the container, 20 x 20 x 20 mm"),
     ],
 )

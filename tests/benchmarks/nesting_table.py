@@ -17,7 +17,7 @@ import numpy as np
 
 from data_fetch.nesting import INSTANCES, nesting_instance
 from rasp_core.cli.sweep import sweep
-from rasp_core.packing import methods
+from rasp_core.packing import from_files, methods
 from rasp_core.reproduce.pools import as_files
 
 HEAD = "| instance | parts | sparrow-3d, best | mean | before it |"
@@ -29,7 +29,7 @@ def heights(instance, arm: str, seeds: int, seconds: float, out: Path, workers: 
     shared = {"objects": as_files(instance.bodies, out / instance.name), "container": f"auto:{base},*"}
     runs = [{**shared, "method": arm, "seed": seed, "time_limit": seconds} for seed in range(seeds)]
     volume, area = sum(body.volume for body in instance.bodies), np.prod(instance.base)
-    found = sweep(methods.pack, runs, out / "runs", workers, progress=True)
+    found = sweep(from_files.pack, runs, out / "runs", workers, progress=True)
     whole = [row["certified"] and row["objects"] == len(instance.bodies) for row in found]
     return [volume / area / row["density"] if held else np.inf for row, held in zip(found, whole, strict=True)]
 

@@ -17,7 +17,7 @@ import numpy as np
 import data_fetch
 import rasp_core as rasp
 from rasp_core.cli.sweep import sweep
-from rasp_core.packing import methods
+from rasp_core.packing import from_files
 from rasp_core.packing.pool import draw
 from rasp_core.reproduce.pools import as_files, resized
 
@@ -53,7 +53,7 @@ def main():
         size = SMALL if pool == "embedded" else LARGE
         shared = {"objects": as_files(POOLS[pool](), options.out / pool), "method": "paper", **size}
         runs = [{**shared, **ARMS[arm], "seed": seed} for arm in options.arms for seed in range(options.seeds)]
-        found = sweep(methods.pack, runs, options.out / "runs", options.workers, progress=True)
+        found = sweep(from_files.pack, runs, options.out / "runs", options.workers, progress=True)
         for k, arm in enumerate(options.arms):
             rows = found[k * options.seeds : (k + 1) * options.seeds]
             density = [row["density"] for row in rows]

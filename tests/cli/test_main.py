@@ -107,7 +107,7 @@ def test_ctrl_c_before_anything_is_there_writes_nothing(monkeypatch, tmp_path, c
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("rasp_core.packing.methods.load_bodies", interrupted)
+    monkeypatch.setattr("rasp_core.packing.from_files.load_bodies", interrupted)
     assert main(["pack", "x", "--container", BOX, "--out", str(tmp_path / "out")]) == 130
     assert "nothing was written" in capsys.readouterr().err
 
@@ -139,7 +139,7 @@ def test_what_could_not_be_foreseen_is_said_in_a_line(error, says, cans, monkeyp
     def fails(*_, **__):
         raise error
 
-    monkeypatch.setattr("rasp_core.packing.methods.load", fails)
+    monkeypatch.setattr("rasp_core.packing.from_files.load", fails)
     assert main(["pack", str(cans), "--container", BOX]) == 2
     said = capsys.readouterr().err
     assert says in said

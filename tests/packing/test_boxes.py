@@ -9,7 +9,7 @@ import trimesh
 from rasp_core.geometry.meshes import make_body, unique_names
 from rasp_core.geometry.wishes import Wishes
 from rasp_core.packing import boxes
-from rasp_core.packing.boxes import fill_boxes, least_number
+from rasp_core.packing.boxes import Kind, fill_boxes, least_number
 from rasp_core.util.errors import InputError
 
 
@@ -46,7 +46,7 @@ def by_size(bodies, kind=0, seconds=None):
 
 
 def filled(bodies, search=in_turn, **options):
-    found = fill_boxes(in_turn, search, bodies, [1.0], **options)
+    found = fill_boxes(in_turn, search, bodies, [Kind(1.0)], **options)
     assert all(len(box.packed.chosen) == len(box.indices) for box in found)
     return [sorted(box.indices) for box in found]
 
@@ -118,24 +118,29 @@ def test_time_is_shared_by_the_boxes_that_are_to_come(monkeypatch):
 
 
 def test_volumes_ask_for_so_many_at_least():
-    assert least_number(cubes(0.5, 0.5), [1.0]) == 1
-    assert least_number(cubes(0.5, 0.6), [1.0]) == 2
-    assert least_number(cubes(0.1), [1.0]) == 1
-    assert least_number(cubes(0.5, 0.5), [0.4, 0.3]) == 3, "the last kind again"
+    assert least_number(cubes(0.5, 0.5), [Kind(1.0)]) == 1
+    assert least_number(cubes(0.5, 0.6), [Kind(1.0)]) == 2
+    assert least_number(cubes(0.1), [Kind(1.0)]) == 1
+    assert least_number(cubes(0.5, 0.5), [Kind(0.4, 1), Kind(0.3)]) == 3
+    assert least_number(cubes(0.5, 0.5), [Kind(0.4, 2), Kind(0.3)]) == 3
+    assert least_number(cubes(0.5, 0.5), [Kind(0.4, 2)]) == 2, "there are no more"
 
 
 def test_boxes_of_several_kinds_are_filled_in_their_order():
     """0.2, then 1.0, then 0.5 as often as is needed; what is too large for one waits for a later one."""
-    volumes, bodies = (0.2, 1.0, 0.5), cubes(0.9, 0.15, 0.4, 0.4, 0.4)
 
     def place(some, kind, seconds=None):
-        return in_turn(some, kind, volumes=volumes)
+        return in_turn(some, kind, volumes=(0.2, 1.0, 0.5))
 
-    fits = [{i for i, body in enumerate(bodies) if body.volume <= volume} for volume in volumes]
-    found = fill_boxes(place, place, bodies, volumes, fitting=fits)
+    def kinds(bodies, last=None):
+        fits = [{i for i, body in enumerate(bodies) if body.volume <= volume} for volume in (0.2, 1.0, 0.5)]
+        return [Kind(0.2, 1, fits[0]), Kind(1.0, 1, fits[1]), Kind(0.5, last, fits[2])]
+
+    bodies = cubes(0.9, 0.15, 0.4, 0.4, 0.4)
+    found = fill_boxes(place, place, bodies, kinds(bodies))
     assert [(box.kind, box.indices) for box in found] == [(0, [1]), (1, [0]), (2, [2]), (2, [3]), (2, [4])]
-    assert [box.kind for box in fill_boxes(place, place, bodies, volumes, most=2, fitting=fits)] == [0, 1]
+    assert [box.kind for box in fill_boxes(place, place, bodies, kinds(bodies), most=2)] == [0, 1]
+    assert [box.kind for box in fill_boxes(place, place, bodies, kinds(bodies, last=2))] == [0, 1, 2, 2]
     large = cubes(0.9, 0.4)
-    fits = [{i for i, body in enumerate(large) if body.volume <= volume} for volume in volumes]
-    found = fill_boxes(place, place, large, volumes, fitting=fits)
+    found = fill_boxes(place, place, large, kinds(large))
     assert [(box.kind, box.indices) for box in found] == [(1, [0]), (2, [1])], "a box too small for all is left out"

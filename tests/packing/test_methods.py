@@ -1,4 +1,4 @@
-"""Packings named by files and numbers."""
+"""Every method packs what it is given as it is wished, and refuses what it would ignore."""
 
 from dataclasses import replace
 
@@ -10,30 +10,12 @@ import rasp_core as rasp
 from data_fetch import kitchen_like
 from rasp_core.geometry.containers import FreeBox, box
 from rasp_core.geometry.items import Item
-from rasp_core.packing import methods
+from rasp_core.packing import from_files, methods
 from rasp_core.problem import Settings
 from rasp_core.util.errors import InputError
 from tests import judge
 
 SMALL = {"iterations": 60, "resolution": 64, "query_points": 5000}
-
-
-def test_load_repeats_and_scales(pool):
-    bodies, room, scale = methods.load(pool, "box:2,2,2", repeat=5, fit_objects=10, seed=3)
-    assert len(bodies) == 5
-    assert sum(body.volume for body in bodies) == pytest.approx(2.0)
-    assert room.volume == pytest.approx(8)
-    assert scale > 1
-
-
-@pytest.mark.parametrize(
-    ("method", "budget"), [("paper", {}), ("dense", {"effort": 3}), ("spectral", {}), ("dblf", {})]
-)
-def test_each_method_packs(pool, method, budget):
-    facts = methods.pack(pool, "box:0.15,0.15,0.15", method=method, seed=1, **budget, **SMALL)
-    assert facts["certified"]
-    assert 1 <= facts["objects"] <= 3
-    assert 0 < facts["density"] < 1
 
 
 @pytest.mark.parametrize(
@@ -49,7 +31,7 @@ def test_each_method_packs(pool, method, budget):
     ],
 )
 def test_what_a_method_does_not_know_is_refused(pool, arguments, message):
-    bodies, room, _ = methods.load(pool, "box:0.2,0.2,0.2")
+    bodies, room, _ = from_files.load(pool, "box:0.2,0.2,0.2")
     with pytest.raises(InputError, match=message):
         methods.search(arguments.pop("method"), bodies, room, **arguments)
 
@@ -108,24 +90,13 @@ def test_what_the_table_leaves_out_changes_nothing(method, effort):
 
 
 def test_a_box_to_be_found_is_for_methods_that_can_find_one(pool):
-    facts = methods.pack(pool, "auto", effort=2, **SMALL)
+    facts = from_files.pack(pool, "auto", effort=2, **SMALL)
     assert facts["certified"]
     assert facts["objects"] == 3
-    bodies, shape, _ = methods.load(pool, "auto:cube")
+    bodies, shape, _ = from_files.load(pool, "auto:cube")
     assert methods.resolve_method(None, shape) == "dense"
     with pytest.raises(InputError, match="paper packs into a given container"):
         methods.search("paper", bodies, shape)
-    with pytest.raises(InputError, match="--fit-objects"):
-        methods.load(pool, "auto", fit_objects=3)
-
-
-def test_views_are_given_in_pairs(pool):
-    _, room, _ = methods.load(pool, "box:1,1,1", azimuths_deg=[0, 45], elevations_deg=[0, 30])
-    assert room.views()[1].elevation_deg == 30
-    with pytest.raises(InputError, match="--azimuths-deg"):
-        methods.load(pool, "box:1,1,1", azimuths_deg=[0, 45])
-    with pytest.raises(InputError, match="--azimuths-deg"):
-        methods.load(pool, "auto", azimuths_deg=[0], elevations_deg=[0])
 
 
 SHAPES = {"brick": (0.06, 0.035, 0.02), "bar": (0.08, 0.015, 0.02), "cube": (0.025, 0.025, 0.025)}

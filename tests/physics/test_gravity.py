@@ -53,14 +53,6 @@ def test_a_mesh_container_holds_what_falls_in_it():
     assert -0.2 < settled.matrices[0, 2, 3] < -0.1
 
 
-def test_a_fine_container_gets_coarser_walls():
-    ball = trimesh.creation.icosphere(radius=0.2, subdivisions=5)
-    slabs = gravity._slabs(Container(make_body("bowl", ball.vertices, ball.faces)))
-    assert len(slabs) <= gravity.SIMULATION.most_wall_faces
-    inner = np.array([np.linalg.norm(slab[:3], axis=1).max() for slab in slabs])
-    assert inner == pytest.approx(0.2, abs=0.01)
-
-
 def test_bad_input_is_refused():
     with pytest.raises(InputError, match="nothing to settle"):
         gravity.settle([], at(), box((1, 1, 1)))
