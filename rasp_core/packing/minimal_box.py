@@ -2,10 +2,12 @@
 
 1. A baseline places all of them, the largest first, in a box that grows along its free edges until it holds them: a
    first answer.
-2. In a box a few per cent too small all are pressed apart as far as they go, and moved towards less overlap
-   (`guided_local_search`).
-3. When much less overlaps the box grows until nothing does: by samples, then by exact booleans. What is smaller than
-   the best is kept, and the box made too small again, so that there is a certified packing at any time.
+2. Among voxels objects are moved one by one to where they share least, in a box that shrinks by a voxel whenever they
+   share nothing; a linear programme then takes out what voxels do not see and makes the box smaller (`voxel_descent`).
+3. In a box a few per cent too small all are pressed apart as far as they go, and moved towards less overlap
+   (`guided_local_search`); when much less overlaps the box grows until nothing does, by samples, then by booleans.
+4. Both take turns; the one that gained more in its last one goes on. What is certified and smaller than the best is
+   kept, so that there is a packing at any time.
 
 The question is that of Gupta & Raman 2026, Differentiable Packing of Irregular 3D Objects with Adaptive Container
 Estimation.
@@ -16,6 +18,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 import torch
@@ -36,12 +39,20 @@ from .enclosing_box import enclosing_box
 from .guided_local_search import GuidedLocalSearch, SearchState
 from .result import Packing, finish
 
+if TYPE_CHECKING:
+    from .compaction import Compacted
+    from .voxel_descent import VoxelDescent
+
 
 @dataclass(frozen=True)
 class BoxTuning:
     """What the search for a box was tuned to."""
 
     tries: int = 2000  # if neither time nor effort is given
+    turns: int = 10  # that voxels and pressing take, or one of them alone
+    turns_end_at: float = 0.97  # of the budget, the last one
+    voxel_of_likely_edge: float = 1 / 64  # of a cube as dense as is likely
+    likely_density: float = 0.6
     first_density: float = 0.5  # of the box in which the placement of all begins
     replaced_volume_of_best: float = 0.97  # of the box in which a further placement begins
     too_small_by_of_volume: float = 0.05  # the box searched in, against the best
@@ -119,6 +130,8 @@ class _Search:
         self.container: Container | None = None
         self.poses: Poses | None = None
         self.state: SearchState | None = None
+        self.means, self.turn = "voxels", 1
+        self.gains = {"voxels": np.inf, "pressing": np.inf}  # of the logarithm of the volume, in the last turn
         self.interrupted = False
         self.rounds: list[dict] = []
         self.bar = progress_bar(f"smallest box, {rule or 'dense'}", "try", progress, budget.effort)
@@ -168,10 +181,52 @@ class _Search:
     def local_search(self) -> GuidedLocalSearch:
         return GuidedLocalSearch(self.bodies, self.shape, np.random.default_rng(self.settings.seed))
 
+    @cached_property
+    def descent(self) -> VoxelDescent:
+        from .voxel_descent import VoxelDescent
+        from .voxel_search import choose_size
+
+        voxel = self.placement.room.voxel
+        if not self.placement.coarse:
+            likely = float(self.volumes.sum() / TUNING.likely_density) ** (1 / 3)
+            voxel = choose_size(self.bodies, self.shape, TUNING.voxel_of_likely_edge * likely)
+        descent = VoxelDescent(self.bodies, self.shape, voxel, self.settings.seed, self._hold)
+        descent.begin(self.poses, self.container.size)
+        self.least_before = self.least
+        return descent
+
     def improve(self) -> None:
-        """One try to have less overlap in a box that is too small; the box is grown if that came off."""
+        """One try by the means whose turn it is."""
         self.budget.tries += 1
         self.bar.update()
+        if self.means == "voxels":
+            self.descent.improve(self.least, self.budget.spent)
+        else:
+            self._press()
+        if self.budget.over(TUNING.turns_end_at * self.turn / TUNING.turns):
+            self._take_turns()
+
+    def _take_turns(self) -> None:
+        """Next comes the means that gained more in its last turn, from the best so far if it is another."""
+        if self.means == "voxels":
+            self.descent.compact(self.least, self.budget.spent)
+        other = "pressing" if self.means == "voxels" else "voxels"
+        self.turn, self.gains[self.means] = self.turn + 1, np.log(self.least_before / self.least)
+        self.least_before = self.least
+        if self.gains[other] < self.gains[self.means]:
+            return
+        self.means, self.state = other, None
+        if other == "voxels":
+            self.descent.begin(self.poses, self.container.size)
+
+    def _hold(self, compacted: Compacted) -> bool:
+        """Whether what is compacted is a smaller box in which all hold, after exact booleans; it is kept then."""
+        poses = Poses(torch.from_numpy(compacted.rotation), torch.from_numpy(compacted.translation))
+        held = remove_overlaps(self.bodies, poses, box(compacted.edges), REPAIR_TOLERANCE)
+        return held is not None and self._keep(held, compacted.edges)
+
+    def _press(self) -> None:
+        """Move one or two bodies to have less overlap in a box that is too small; it is grown if that came off."""
         state = self.state
         if state is None:
             rotation, translation = self.poses.rotation.numpy(), self.poses.translation.numpy()

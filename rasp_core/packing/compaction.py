@@ -1,0 +1,240 @@
+"""All objects moved and turned at once, a little at a time, so that the box becomes as small as it can: compaction.
+
+At each step the distances of surface points to the other objects are taken to be linear in the moves, and a linear
+programme finds the moves that make the box smallest while nothing gets nearer than it may; moves are limited to where
+that holds (sequential linear programming; for translations in two dimensions Li & Milenkovic 1995, Compaction and
+separation algorithms for non-convex polygons). What overlaps at first is drawn apart by the same steps. Distances are
+exact (`mesh_distance`), so that thin parts, edges and corners count.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import trimesh
+from scipy.optimize import linprog
+from scipy.sparse import coo_matrix, hstack
+from scipy.spatial.transform import Rotation
+
+from ..geometry.containers import FreeBox
+from ..geometry.mesh_distance import MeshDistance
+from ..geometry.meshes import Body
+
+
+@dataclass(frozen=True)
+class CompactionTuning:
+    """How the steps go; lengths are of the mean radius of the bodies."""
+
+    spacing: float = 0.08  # of points on sharp edges and faces
+    sharp_rad: float = 0.35  # angle between faces from which an edge is sharp
+    most_points: int = 1500  # of a body
+    first_step: float = 0.03  # that a body may move and, at its radius, turn by
+    largest_step: float = 0.06
+    least_step: float = 1e-4  # at which it ends
+    longer: float = 1.3  # times, after a step that was good
+    shorter: float = 0.4  # times, after one that was not
+    points_of_pair: int = 14  # the nearest ones, of two bodies
+    of_overlap: float = 10.0  # lengths of the box that a length of overlap costs
+    of_walls: float = 100.0  # and one beyond a wall
+    of_moves: float = 1e-4  # and one that a body moves
+    gained: float = 1e-6  # by which a step must be better
+    hardly: float = 1e-4  # better than this a step was worth it
+
+
+TUNING = CompactionTuning()
+
+
+@dataclass(frozen=True)
+class Compacted:
+    """rotation `(N, 3, 3)`, translation `(N, 3)` in a box about the origin, edges `(3,)`; overlap : metres, the
+    sum over pairs of bodies of how deep one lies in the other; beyond : a wall."""
+
+    rotation: np.ndarray
+    translation: np.ndarray
+    edges: np.ndarray
+    overlap: float
+    beyond: float
+
+
+class Compaction:
+    """Makes boxes of a shape about these bodies smaller, any number of times."""
+
+    def __init__(self, bodies: Sequence[Body], shape: FreeBox) -> None:
+        self.shape, self.radius = shape, np.array([body.radius for body in bodies])
+        self.unit = float(self.radius.mean())
+        self._free = np.array([True, False, False]) if shape.cube else shape.free  # a cube has one edge
+        solids = {body.digest: body for body in bodies}
+        distances = {digest: MeshDistance(body) for digest, body in solids.items()}
+        points = {digest: _points(body, TUNING.spacing * self.unit) for digest, body in solids.items()}
+        corners = {digest: _corners(body) for digest, body in solids.items()}
+        self._distances, self._points, self._corners = (
+            [known[body.digest] for body in bodies] for known in (distances, points, corners)
+        )
+
+    def run(self, rotation: np.ndarray, translation: np.ndarray, late: Callable[[], bool]) -> Compacted:
+        """From poses `(N, 3, 3)`, `(N, 3)`, which may overlap a little, to where no step makes the box smaller."""
+        now, step = self._measured(rotation, translation), TUNING.first_step * self.unit
+        length = float(now.edges[self._free].mean())
+        while step > TUNING.least_step * self.unit and not late():
+            moved = self._moved(now, step, length)
+            if moved is None:
+                step *= TUNING.shorter
+                continue
+            gain = self._cost(now, length) - self._cost(moved, length)
+            if gain > TUNING.gained * self.unit:
+                now, step = moved, min(TUNING.longer * step, TUNING.largest_step * self.unit)
+            if gain < TUNING.hardly * self.unit:
+                step *= TUNING.shorter
+        return now
+
+    # -- where bodies are ------------------------------------------------------------------------------------------
+
+    def _measured(self, rotation: np.ndarray, translation: np.ndarray) -> Compacted:
+        """Poses moved so that their box lies about the origin, and how deep they overlap."""
+        placed = [c @ r.T + t for c, r, t in zip(self._corners, rotation, translation, strict=True)]
+        low, high = np.min([p.min(0) for p in placed], axis=0), np.max([p.max(0) for p in placed], axis=0)
+        extent, given = high - low, np.array([np.nan if edge is None else edge for edge in self.shape.edges])
+        edges = np.where(self.shape.free, extent.max() if self.shape.cube else extent, given)
+        beyond = np.nanmax(np.append(extent - given, 0.0)) / 2
+        translation = translation - (low + high) / 2
+        contacts = self._contacts(rotation, translation, 0.0)
+        overlap = -sum(float(apart.min()) for *_, apart in contacts)
+        return Compacted(rotation, translation, edges, overlap, float(beyond))
+
+    def _cost(self, at: Compacted, length: float) -> float:
+        """What a step is to lessen, metres: the logarithm of the volume, in lengths of the box, and what overlaps."""
+        volume = length * np.log(at.edges[self._free]).sum()
+        return float(volume + TUNING.of_overlap * at.overlap + TUNING.of_walls * at.beyond)
+
+    def _contacts(
+        self, rotation: np.ndarray, translation: np.ndarray, reach: float
+    ) -> list[tuple[int, int, np.ndarray, np.ndarray, np.ndarray]]:
+        """Of pairs of bodies: points `(M, 3)` of the first within reach of the second, the directions in which they go
+        away from it `(M, 3)`, and how far they are `(M,)`."""
+        placed = [p @ r.T + t for p, r, t in zip(self._points, rotation, translation, strict=True)]
+        low, high = np.array([p.min(0) for p in placed]), np.array([p.max(0) for p in placed])
+        found = []
+        for b, distance in enumerate(self._distances):
+            meets = ((low < high[b] + reach) & (high > low[b] - reach)).all(1)
+            meets[b] = False
+            near = [(a, placed[a][_within(placed[a], low[b] - reach, high[b] + reach)]) for a in np.flatnonzero(meets)]
+            near = [(a, points) for a, points in near if len(points)]
+            if not near:
+                continue
+            apart, away = distance.at((np.concatenate([p for _, p in near]) - translation[b]) @ rotation[b])
+            away = away @ rotation[b].T
+            ends = np.cumsum([len(points) for _, points in near])[:-1]
+            for (a, points), gaps, out in zip(near, np.split(apart, ends), np.split(away, ends), strict=True):
+                nearest = np.argsort(gaps)[: TUNING.points_of_pair]
+                nearest = nearest[gaps[nearest] <= reach]
+                if len(nearest):
+                    found.append((int(a), b, points[nearest], out[nearest], gaps[nearest]))
+        return found
+
+    # -- a step --------------------------------------------------------------------------------------------------------
+
+    def _moved(self, now: Compacted, step: float, length: float) -> Compacted | None:
+        """After the best moves of at most a step along each axis, and turns that move a body's radius by as much; None
+        if the programme has no answer.
+
+        Unknowns: shifts and turns of N bodies, the box's edges, what each pair overlaps by, and what walls are passed
+        by.
+        """
+        count = len(self.radius)
+        contacts = self._contacts(now.rotation, now.translation, 2 * np.sqrt(3) * step)
+        edge_at, overlap_at = 6 * count, 6 * count + 3
+        beyond_at = overlap_at + len(contacts)
+        rows = _Rows()
+        for k, (a, b, points, away, apart) in enumerate(contacts):
+            rows.add(
+                self._pushed(a, points - now.translation[a], -away),
+                self._pushed(b, points - now.translation[b], away),
+                [(overlap_at + k, -np.ones(len(points)))],
+                limit=apart,
+            )
+        for i, corners in enumerate(self._corners):
+            arms = corners @ now.rotation[i].T
+            for axis in range(3):
+                for side in (-1.0, 1.0):
+                    reached = side * (arms[:, axis] + now.translation[i, axis])
+                    near = reached > now.edges[axis] / 2 - 8 * step
+                    if not near.any():
+                        continue
+                    wall = [(beyond_at, -np.ones(near.sum()))]
+                    limit = -reached[near]
+                    if self.shape.free[axis]:
+                        wall.append((edge_at + (0 if self.shape.cube else axis), np.full(near.sum(), -0.5)))
+                    else:
+                        limit = limit + now.edges[axis] / 2
+                    outward = np.tile(side * np.eye(3)[axis], (near.sum(), 1))
+                    rows.add(self._pushed(i, arms[near], outward), wall, limit=limit)
+        cost = np.zeros(beyond_at + 1)
+        cost[edge_at:overlap_at][self._free] = length / now.edges[self._free]
+        cost[overlap_at:beyond_at], cost[beyond_at] = TUNING.of_overlap, TUNING.of_walls
+        matrix, limits = rows.matrix(len(cost))
+        # moves to one side and to the other are unknowns of their own, so that what need not move stays
+        matrix = hstack([matrix[:, :edge_at], -matrix[:, :edge_at], matrix[:, edge_at:]])
+        cost = np.concatenate([np.full(2 * edge_at, TUNING.of_moves), cost[edge_at:]])
+        bounds = [(0, step)] * (2 * edge_at) + [(0, None)] * (len(cost) - 2 * edge_at)
+        solved = linprog(cost, A_ub=matrix, b_ub=limits, bounds=bounds, method="highs")
+        if solved.x is None:
+            return None
+        moves = (solved.x[:edge_at] - solved.x[edge_at : 2 * edge_at]).reshape(-1, 3)
+        shifts, turns = moves[:count], moves[count:]
+        turned = Rotation.from_rotvec(turns / self.radius[:, None]).as_matrix() @ now.rotation
+        return self._measured(turned, now.translation + shifts)
+
+    def _pushed(self, body: int, arms: np.ndarray, directions: np.ndarray) -> list[tuple[int, np.ndarray]]:
+        """How far points at `arms` `(M, 3)` from a body's centre go along directions `(M, 3)`, for each of its unknowns
+        the coefficients `(M,)`."""
+        turning = np.cross(arms, directions) / self.radius[body]
+        first = 3 * len(self.radius)
+        return [
+            *((3 * body + axis, directions[:, axis]) for axis in range(3)),
+            *((first + 3 * body + axis, turning[:, axis]) for axis in range(3)),
+        ]
+
+
+class _Rows:
+    """Inequalities that are added block by block."""
+
+    def __init__(self) -> None:
+        self.count, self._limits, self._entries = 0, [], []
+
+    def add(self, *unknowns: list[tuple[int, np.ndarray]], limit: np.ndarray) -> None:
+        """The sum of unknowns, by their numbers, times coefficients `(M,)`, is at most limit `(M,)`."""
+        rows = np.arange(self.count, self.count + len(limit))
+        for number, coefficients in (pair for pairs in unknowns for pair in pairs):
+            self._entries.append((coefficients, rows, np.full(len(limit), number)))
+        self._limits.append(limit)
+        self.count += len(limit)
+
+    def matrix(self, unknowns: int) -> tuple[coo_matrix, np.ndarray]:
+        """All of them, `(rows, unknowns)` and `(rows,)`."""
+        values, rows, columns = (np.concatenate(parts) for parts in zip(*self._entries, strict=True))
+        return coo_matrix((values, (rows, columns)), (self.count, unknowns)).tocsr(), np.concatenate(self._limits)
+
+
+def _points(body: Body, spacing: float) -> np.ndarray:
+    """Points of a body's surface, `(M, 3)` about its centre: corners, then sharp edges and faces at a spacing."""
+    mesh = trimesh.Trimesh(body.solid_vertices, body.solid_faces, process=False)
+    ends = mesh.vertices[mesh.face_adjacency_edges[mesh.face_adjacency_angles > TUNING.sharp_rad]]
+    counts = np.ceil(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / spacing).astype(int)
+    along = [a + (b - a) * (np.arange(n + 1) / n)[:, None] for (a, b), n in zip(ends, counts, strict=True) if n]
+    corners = np.unique(np.concatenate([_corners(body), *along]), axis=0)
+    spread = trimesh.sample.sample_surface(mesh, min(int(mesh.area / spacing**2) + 1, TUNING.most_points), seed=0)[0]
+    points = np.concatenate([corners, spread])
+    if len(points) <= TUNING.most_points:
+        return points
+    return points[np.random.default_rng(0).choice(len(points), TUNING.most_points, replace=False)]
+
+
+def _corners(body: Body) -> np.ndarray:
+    """Of the body's convex hull, `(M, 3)` about its centre."""
+    return np.asarray(body.manifold.hull().to_mesh64().vert_properties)[:, :3]
+
+
+def _within(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    return ((points > low) & (points < high)).all(1)

@@ -1,0 +1,284 @@
+"""Guided local search among voxels: objects in a box too small for all are moved one by one to where they share least.
+
+Each move tries the object in all right-angled turns at all shifts of a coarse lattice, by one Fourier correlation with
+what the others take, and goes downhill from the best on the fine one. What two objects share weighs more the longer
+they share it (Voudouris & Tsang 1999; Egeblad et al. 2007 pack by it; Gardeyn et al. 2025 in two dimensions, sparrow,
+arXiv 2509.13329, whose weights these are). Voxels count where their middle lies in an object, so that those of a
+packing are neither too large nor too small in the mean, and surfaces may overlap by a part of a voxel: `compaction`
+takes that out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import trimesh
+from scipy import fft
+
+from ..geometry.containers import FreeBox
+from ..geometry.meshes import Body
+from ..geometry.wishes import quarter_turns
+from ..kernels import voxel_runs
+from ..util import o3d
+from .voxel_correlation import Turned
+
+
+@dataclass(frozen=True)
+class VoxelSearchTuning:
+    """What the search was tuned to."""
+
+    coarse_voxels: int = 4  # edge of the coarse lattice's cells
+    places: int = 24  # that a move goes downhill from
+    heavier_at_least: float = 1.2  # times: the weight of two that share something
+    heavier_at_most: float = 2.0  # of the two that share most
+    lighter: float = 0.95  # times: that of two that share nothing, down to 1
+    thin: float = 0.8  # of an object's volume that its voxels must have; else all count that it touches
+    rounded_off: float = 0.1  # voxels by which an object may be longer than its voxels
+    points_of_voxel_face: float = 12.0  # at which a body's thickness is measured
+    most_points: int = 200_000
+    coarsest: float = 1.3  # times the voxel that is asked for: the one is taken that rounds least
+    sizes_tried: int = 60
+    beside_middle: tuple[float, float, float] = (3.1e-4, 5.3e-4, 7.7e-4)  # voxels: no point lies in a face's plane
+    same_turn: float = 1e-6  # of a rotation matrix: differences that are none
+
+
+TUNING = VoxelSearchTuning()
+
+
+@dataclass(frozen=True)
+class _Turn:
+    """A body turned: its rotation, voxels as runs and their blocks, and where its centre lies from the first voxel's
+    corner, metres."""
+
+    rotation: np.ndarray
+    size: np.ndarray
+    runs: np.ndarray
+    coarse: np.ndarray
+    centre: np.ndarray
+
+
+class VoxelSearch:
+    """Bodies in a box of voxels that is made smaller and smaller.
+
+    voxel : its edge in metres. size `(3,)`: the box in voxels. rotation, translation : as the last ones of `begin` have
+    them, moved.
+    """
+
+    def __init__(self, bodies: Sequence[Body], shape: FreeBox, voxel: float, random: np.random.Generator) -> None:
+        self.bodies, self.shape, self.voxel, self.random = list(bodies), shape, voxel, random
+        self._turns: list[_Turn] = []
+        known: dict[str, list[int]] = {}
+        for body in self.bodies:
+            if body.digest not in known:
+                filled = _filled(body, np.eye(3), voxel)
+                known[body.digest] = self._add([_in_runs(filled.turned(turn, voxel)) for turn in quarter_turns()])
+        self._choices = [known[body.digest] for body in self.bodies]
+
+    def begin(self, rotation: np.ndarray, translation: np.ndarray, edges: np.ndarray) -> None:
+        """Bodies at poses `(N, 3, 3)`, `(N, 3)` in a box of these edges about the origin, all in metres."""
+        self._turns = self._turns[: 1 + max(max(choices) for choices in self._choices)]
+        self.turn = np.empty(len(self.bodies), np.int64)
+        for i, (body, turned) in enumerate(zip(self.bodies, rotation, strict=True)):
+            near = [k for k in self._choices[i] if np.abs(self._turns[k].rotation - turned).max() < TUNING.same_turn]
+            self.turn[i] = near[0] if near else self._add([_in_runs(_filled(body, turned, self.voxel))])[0]
+        corners = translation - np.array([self._turns[k].centre for k in self.turn]) + edges / 2
+        self.shift = np.rint(corners / self.voxel).astype(np.int64)
+        self.weights = np.ones((len(self.bodies),) * 2, np.float32)
+        self._enter(_whole(edges, self.voxel))
+
+    def sweep(self) -> int:
+        """Move each body that shares something, in a random order; how many voxels are shared then, of two each."""
+        shared = self._shared()
+        for i in self.random.permutation(np.flatnonzero(shared.any(1))):
+            self._move(i)
+        shared = self._shared()
+        if most := shared.max():
+            heavier = TUNING.heavier_at_least + (TUNING.heavier_at_most - TUNING.heavier_at_least) * shared / most
+            lighter = np.maximum(self.weights * TUNING.lighter, 1)
+            self.weights = np.where(shared > 0, self.weights * heavier, lighter).astype(np.float32)
+        return int(shared.sum()) // 2
+
+    def shrink(self) -> bool:
+        """A box smaller by a voxel along a free edge, or along all of a cube; False if a body would not go in."""
+        free = np.flatnonzero(self.shape.free)
+        size = self.size.copy()
+        size[free if self.shape.cube else self.random.choice(free)] -= 1
+        for i, choices in enumerate(self._choices):
+            if (self._turns[self.turn[i]].size > size).any():
+                fitting = [k for k in choices if (self._turns[k].size <= size).all()]
+                if not fitting:
+                    return False
+                self.turn[i] = self.random.choice(fitting)
+        self._enter(size)
+        return True
+
+    def state(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Where the bodies are, to be restored."""
+        return self.turn.copy(), self.shift.copy(), self.size
+
+    def restore(self, state: tuple[np.ndarray, np.ndarray, np.ndarray]) -> None:
+        """Put the bodies back to where they were."""
+        turn, shift, size = state
+        self.turn, self.shift = turn.copy(), shift.copy()
+        self._enter(size)
+
+    def swap(self) -> None:
+        """Two bodies change places, and no weights count any more."""
+        if len(self.bodies) > 1:
+            one, other = self.random.choice(len(self.bodies), 2, replace=False)
+            self.shift[[one, other]] = self.shift[[other, one]]
+        self.weights[:] = 1
+        self._enter(self.size)
+
+    @property
+    def edges(self) -> np.ndarray:
+        """`(3,)` of the box, metres; those that are given are as given."""
+        given = [np.nan if edge is None else edge for edge in self.shape.edges]
+        return np.where(self.shape.free, self.size * self.voxel, given)
+
+    @property
+    def poses(self) -> tuple[np.ndarray, np.ndarray]:
+        """Rotations `(N, 3, 3)` and translations `(N, 3)` of the bodies' centres in the box about the origin."""
+        turns = [self._turns[k] for k in self.turn]
+        corners = (self.shift - self.size / 2) * self.voxel
+        return np.array([turn.rotation for turn in turns]), corners + np.array([turn.centre for turn in turns])
+
+    # -- moves -------------------------------------------------------------------------------------------------------
+
+    def _move(self, i: int) -> None:
+        """Move a body to where it shares least, by weight, of what is found; it stays if that is no less."""
+        begin, end = self._begin[self.turn], self._end[self.turn]
+        voxel_runs.weigh(self._field, self._runs, begin, end, self.shift, np.where(self._others(i), self.weights[i], 0))
+        voxel_runs.add_up(self._field, self._sums, self._blocks, TUNING.coarse_voxels)
+        now = voxel_runs.shared(self._sums, self._runs, begin[i], end[i], *self.shift[i], np.float32(np.inf))
+        if now == 0:
+            return
+        turns, spectra, outside = self._correlated(i)
+        counts = fft.irfftn(fft.rfftn(self._blocks, self._padded)[None] * spectra, self._padded, axes=(1, 2, 3))
+        counts[outside] = np.inf
+        best = np.argpartition(counts, min(TUNING.places, counts.size) - 1, axis=None)[: TUNING.places]
+        which, *corner = np.unravel_index(best[np.isfinite(counts.flat[best])], counts.shape)
+        tried, sizes = turns[which], self._sizes[turns[which]]
+        shifts = np.minimum(TUNING.coarse_voxels * np.column_stack(corner), self.size - sizes).astype(np.int64)
+        found = voxel_runs.descend(
+            self._sums, self._runs, self._begin[tried], self._end[tried], sizes, shifts, TUNING.coarse_voxels
+        )
+        if len(found) and found.min() < now:
+            self.turn[i], self.shift[i] = tried[found.argmin()], shifts[found.argmin()]
+
+    def _others(self, i: int) -> np.ndarray:
+        return np.arange(len(self.bodies)) != i
+
+    def _correlated(self, i: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Of a body: the turns that fit the box, `(T,)`, the conjugate spectra of their blocks `(T, ...)`, and where on
+        the coarse lattice they would stick out `(T, ...)` bool."""
+        key = self.bodies[i].digest
+        if key not in self._spectra:
+            turns = np.array([k for k in self._choices[i] if (self._sizes[k] <= self.size).all()], np.int64)
+            spectra = [np.conj(fft.rfftn(self._turns[k].coarse, self._padded)).astype(np.complex64) for k in turns]
+            outside = np.ones((len(turns), *self._padded), bool)
+            for k, one in zip(turns, outside, strict=True):
+                last = -(-(self.size - self._sizes[k]) // TUNING.coarse_voxels)
+                one[tuple(slice(0, end + 1) for end in last)] = False
+            self._spectra[key] = turns, np.array(spectra), outside
+        return self._spectra[key]
+
+    def _shared(self) -> np.ndarray:
+        begin, end = self._begin[self.turn], self._end[self.turn]
+        return voxel_runs.shared_by_pairs(self._mark, self._runs, begin, end, self.shift, self._sizes[self.turn])
+
+    # -- the box -----------------------------------------------------------------------------------------------------
+
+    def _enter(self, size: np.ndarray) -> None:
+        """Take a box of so many voxels; what would stick out is moved in, and turned if it must be."""
+        self.size = size
+        self._sizes = np.array([turn.size for turn in self._turns])
+        lengths = [len(turn.runs) for turn in self._turns]
+        self._end = np.cumsum(lengths)
+        self._begin = self._end - lengths
+        self._runs = np.concatenate([turn.runs for turn in self._turns])
+        for i, choices in enumerate(self._choices):
+            if (self._sizes[self.turn[i]] > size).any():
+                fitting = [k for k in choices if (self._sizes[k] <= size).all()]
+                self.turn[i] = fitting[0] if fitting else self.turn[i]
+        self.size = np.maximum(size, self._sizes[self.turn].max(0))
+        self.shift = np.clip(self.shift, 0, self.size - self._sizes[self.turn])
+        x, y, z = self.size
+        self._field, self._sums = np.zeros((x, y, z), np.float32), np.zeros((x, y, z + 1), np.float32)
+        self._mark = np.zeros((x, y, z), np.int8)
+        self._blocks = np.zeros(-(-self.size // TUNING.coarse_voxels), np.float32)
+        self._padded = tuple(fft.next_fast_len(int(n), real=True) for n in self._blocks.shape)
+        self._spectra: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]] = {}
+
+    def _add(self, turns: Sequence[_Turn]) -> list[int]:
+        """Keep turned bodies, those of equal voxels once; their numbers."""
+        numbers: list[int] = []
+        for turn in turns:
+            same = (k for k in numbers if np.array_equal(self._turns[k].runs, turn.runs))
+            if next(same, None) is None:
+                self._turns.append(turn)
+                numbers.append(len(self._turns) - 1)
+        return numbers
+
+
+def choose_size(bodies: Sequence[Body], shape: FreeBox, voxel: float) -> float:
+    """A voxel's edge in metres, `voxel` or a little more: it rounds the bodies and the box's given edges least."""
+    edges = np.concatenate([2 * body.half_extents for body in bodies])
+    given = np.array([edge for edge in shape.edges if edge is not None])
+
+    def waste(size: float) -> float:
+        lost = _in_voxels(edges, size) * size / edges
+        return 3 * lost.mean() + float((given / (_whole(given, size) * size)).sum())
+
+    return min(voxel * np.linspace(1, TUNING.coarsest, TUNING.sizes_tried), key=waste)
+
+
+def _in_voxels(lengths: np.ndarray, voxel: float) -> np.ndarray:
+    return np.maximum(np.ceil(lengths / voxel - TUNING.rounded_off).astype(int), 1)
+
+
+def _whole(edges: np.ndarray, voxel: float) -> np.ndarray:
+    return np.maximum(np.floor(edges / voxel + 1e-6).astype(np.int64), 1)
+
+
+def _in_runs(turned: Turned) -> _Turn:
+    voxels, cell = turned.voxels, TUNING.coarse_voxels
+    edges = np.diff(np.pad(voxels, ((0, 0), (0, 0), (1, 1))).astype(np.int8), axis=2)
+    runs = np.column_stack([np.argwhere(edges == 1), np.argwhere(edges == -1)[:, 2]]).astype(np.int32)
+    padded = np.pad(voxels.astype(np.float32), [(0, -n % cell) for n in voxels.shape])
+    x, y, z = (n // cell for n in padded.shape)
+    coarse = padded.reshape(x, cell, y, cell, z, cell).mean((1, 3, 5))
+    return _Turn(turned.rotation, np.array(voxels.shape), np.ascontiguousarray(runs), coarse, turned.centre)
+
+
+def _filled(body: Body, rotation: np.ndarray, voxel: float) -> Turned:
+    """The voxels whose middle lies in a turned body, about the middle of its box.
+
+    Where the body is thinner than a voxel, so that middles miss it, the voxels count that hold its own middle; if even
+    these are few, all that it touches.
+    """
+    open3d = o3d.load()
+    vertices = body.solid_vertices @ rotation.T
+    low, size = vertices.min(0), np.ptp(vertices, axis=0)
+    shape = _in_voxels(size, voxel)
+    corner = low + size / 2 - shape * voxel / 2
+    scene = open3d.t.geometry.RaycastingScene()
+    scene.add_triangles(
+        open3d.core.Tensor(vertices.astype(np.float32)), open3d.core.Tensor(body.solid_faces.astype(np.uint32))
+    )
+    middles = corner + voxel * (np.stack(np.indices(shape), -1) + 0.5 + TUNING.beside_middle)
+    voxels = scene.compute_occupancy(open3d.core.Tensor(middles.astype(np.float32))).numpy() > 0
+    mesh = trimesh.Trimesh(vertices, body.solid_faces, process=False)
+    count = min(int(TUNING.points_of_voxel_face * mesh.area / voxel**2) + 1, TUNING.most_points)
+    points, faces = trimesh.sample.sample_surface(mesh, count, seed=0)
+    inwards = -mesh.face_normals[faces]
+    rays = np.hstack([points + TUNING.beside_middle[0] * voxel * inwards, inwards]).astype(np.float32)
+    thickness = scene.cast_rays(open3d.core.Tensor(rays))["t_hit"].numpy().astype(np.float64)
+    thin = thickness < voxel
+    within = points[thin] + inwards[thin] * thickness[thin, None] / 2
+    voxels[tuple(np.clip(((within - corner) / voxel).astype(int), 0, shape - 1).T)] = True
+    if voxels.sum() * voxel**3 < TUNING.thin * body.volume:
+        return Turned.covering(body, rotation, voxel)
+    return Turned(rotation, voxels, -corner)

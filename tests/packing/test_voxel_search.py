@@ -1,0 +1,69 @@
+"""A search among voxels: what it says is free is free by booleans, and blocks of whole voxels leave no gap."""
+
+import numpy as np
+import pytest
+import torch
+import trimesh
+
+from rasp_core.exact.certificate import certify
+from rasp_core.geometry.containers import FreeBox, box
+from rasp_core.geometry.meshes import make_body, unique_names
+from rasp_core.packing.voxel_search import VoxelSearch, choose_size
+from rasp_core.poses import file_to_world
+
+VOXEL = 0.01
+STRIP = FreeBox((0.08, 0.08, None))
+
+
+def blocks(*edges):
+    meshes = [trimesh.creation.box(np.array(one) * VOXEL) for one in edges]
+    return unique_names([make_body("block", mesh.vertices, mesh.faces) for mesh in meshes])
+
+
+def searched(bodies, edges, sweeps, seed=0):
+    """A search from all in the middle, until nothing is shared."""
+    search = VoxelSearch(bodies, STRIP, VOXEL, np.random.default_rng(seed))
+    search.begin(np.tile(np.eye(3), (len(bodies), 1, 1)), np.zeros((len(bodies), 3)), np.array(edges))
+    return search, next((k for k in range(sweeps) if search.sweep() == 0), None)
+
+
+def holds(search):
+    rotation, translation = (torch.from_numpy(values) for values in search.poses)
+    matrices = file_to_world(search.bodies, rotation, translation)
+    return certify(search.bodies, matrices, box(search.edges)).holds
+
+
+def test_blocks_of_whole_voxels_fill_a_box():
+    bodies = blocks(*[(4, 4, 4)] * 4, *[(8, 4, 2)] * 4)
+    search, sweeps = searched(bodies, (0.08, 0.08, 0.08), 300)
+    assert sweeps is not None
+    assert holds(search)
+    assert sum(body.volume for body in bodies) == pytest.approx(np.prod(search.edges))
+
+
+def test_a_box_shrinks_by_a_voxel_and_is_restored():
+    search, _ = searched(blocks((4, 4, 4)), (0.08, 0.08, 0.08), 5)
+    state = search.state()
+    assert search.shrink()
+    assert search.edges == pytest.approx([0.08, 0.08, 0.07])
+    search.swap()
+    search.restore(state)
+    assert search.edges == pytest.approx([0.08, 0.08, 0.08])
+    assert [np.array_equal(a, b) for a, b in zip(search.state(), state, strict=True)] == [True] * 3
+
+
+def test_a_body_that_would_not_go_in_stops_it():
+    search, _ = searched(blocks((8, 8, 3)), (0.08, 0.08, 0.03), 1)
+    assert not search.shrink()
+
+
+def test_what_is_thinner_than_a_voxel_counts():
+    plate = trimesh.creation.box((0.06, 0.06, 0.002))
+    bodies = unique_names([make_body("plate", plate.vertices, plate.faces)] * 2)
+    search, sweeps = searched(bodies, (0.08, 0.08, 0.02), 50)
+    assert sweeps is not None
+    assert holds(search)
+
+
+def test_the_voxel_is_chosen_by_what_it_rounds():
+    assert choose_size(blocks((6, 6, 12), (3, 6, 9)), STRIP, 0.0085) == pytest.approx(VOXEL, rel=0.01)
