@@ -156,6 +156,8 @@ class VoxelSearch:
         if now == 0:
             return
         turns, spectra, outside = self._correlated(i)
+        if not len(turns):
+            return  # it lies across, and goes in no other way
         counts = fft.irfftn(fft.rfftn(self._blocks, self._padded)[None] * spectra, self._padded, axes=(1, 2, 3))
         counts[outside] = np.inf
         best = np.argpartition(counts, min(TUNING.places, counts.size) - 1, axis=None)[: TUNING.places]

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import torch
 import trimesh
+from scipy.spatial.transform import Rotation
 
 from rasp_core.exact.certificate import certify
 from rasp_core.geometry.containers import FreeBox, box
@@ -55,6 +56,16 @@ def test_a_box_shrinks_by_a_voxel_and_is_restored():
 def test_a_body_that_would_not_go_in_stops_it():
     search, _ = searched(blocks((8, 8, 3)), (0.08, 0.08, 0.03), 1)
     assert not search.shrink()
+
+
+def test_what_goes_in_only_across_stays_as_it_lies():
+    rods = blocks((11, 1, 1), (11, 1, 1))
+    search = VoxelSearch(rods, FreeBox((0.09, 0.09, 0.02)), VOXEL, np.random.default_rng(0))
+    across = Rotation.from_euler("z", 45, degrees=True).as_matrix()
+    search.begin(np.array([across, across]), np.zeros((2, 3)), np.array([0.09, 0.09, 0.02]))
+    for _ in range(3):
+        assert search.sweep() > 0
+    assert search.poses[0] == pytest.approx(np.array([across, across]))
 
 
 def test_what_is_thinner_than_a_voxel_counts():
