@@ -49,6 +49,7 @@ class BoxTuning:
     """What the search for a box was tuned to."""
 
     tries: int = 2000  # if neither time nor effort is given
+    most_among_voxels: int = 250  # bodies, of which the linear programmes are solved in seconds
     turns: int = 10  # that voxels and pressing take, or one of them alone
     turns_end_at: float = 0.97  # of the budget, the last one
     voxel_of_likely_edge: float = 1 / 64  # of a cube as dense as is likely
@@ -130,7 +131,7 @@ class _Search:
         self.container: Container | None = None
         self.poses: Poses | None = None
         self.state: SearchState | None = None
-        self.means, self.turn = "voxels", 1
+        self.means, self.turn = "voxels" if len(bodies) <= TUNING.most_among_voxels else "pressing", 1
         self.gains = {"voxels": np.inf, "pressing": np.inf}  # of the logarithm of the volume, in the last turn
         self.interrupted = False
         self.rounds: list[dict] = []
@@ -174,6 +175,7 @@ class _Search:
             self.placement.enter(box(edges), keep=True)
         backwards = np.argsort(list(self.placement.placed))
         self._keep(self.placement.poses.take(backwards))
+        self.least_before = self.least
 
     # -- in a box too small ------------------------------------------------------------------------------------------
 
@@ -192,7 +194,6 @@ class _Search:
             voxel = choose_size(self.bodies, self.shape, TUNING.voxel_of_likely_edge * likely)
         descent = VoxelDescent(self.bodies, self.shape, voxel, self.settings.seed, self._hold)
         descent.begin(self.poses, self.container.size)
-        self.least_before = self.least
         return descent
 
     def improve(self) -> None:
@@ -213,7 +214,7 @@ class _Search:
         other = "pressing" if self.means == "voxels" else "voxels"
         self.turn, self.gains[self.means] = self.turn + 1, np.log(self.least_before / self.least)
         self.least_before = self.least
-        if self.gains[other] < self.gains[self.means]:
+        if self.gains[other] < self.gains[self.means] or len(self.bodies) > TUNING.most_among_voxels:
             return
         self.means, self.state = other, None
         if other == "voxels":

@@ -36,13 +36,12 @@ class VoxelDescent:
     ) -> None:
         self.search = VoxelSearch(bodies, shape, voxel, np.random.default_rng(seed))
         self.compaction, self.hold = Compaction(bodies, shape), hold
-        self.free: list[
-            tuple[np.ndarray, np.ndarray, np.ndarray]
-        ] = []  # rotation, translation, edges: not compacted yet
-        self.sweeps = 0
 
     def begin(self, poses: Poses, edges: np.ndarray) -> None:
         """From a packing in a box of these edges, metres."""
+        # rotation, translation and edges of what was free and is not compacted yet
+        self.free: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
+        self.sweeps = 0
         self.search.begin(poses.rotation.numpy(), poses.translation.numpy(), edges)
         self.start = self.search.state()
 

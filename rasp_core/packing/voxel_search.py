@@ -62,8 +62,9 @@ class _Turn:
 class VoxelSearch:
     """Bodies in a box of voxels that is made smaller and smaller.
 
-    voxel : its edge in metres. size `(3,)`: the box in voxels. rotation, translation : as the last ones of `begin` have
-    them, moved.
+    voxel : its edge in metres. random : draws orders, swaps, and the edge that shrinks. After `begin`: size `(3,)`, the
+    box in voxels, and of each body turn `(N,)`, which of the turned bodies it is, and shift `(N, 3)`, where its first
+    voxel lies.
     """
 
     def __init__(self, bodies: Sequence[Body], shape: FreeBox, voxel: float, random: np.random.Generator) -> None:
@@ -150,7 +151,8 @@ class VoxelSearch:
     def _move(self, i: int) -> None:
         """Move a body to where it shares least, by weight, of what is found; it stays if that is no less."""
         begin, end = self._begin[self.turn], self._end[self.turn]
-        voxel_runs.weigh(self._field, self._runs, begin, end, self.shift, np.where(self._others(i), self.weights[i], 0))
+        others = np.arange(len(self.bodies)) != i
+        voxel_runs.weigh(self._field, self._runs, begin, end, self.shift, np.where(others, self.weights[i], 0))
         voxel_runs.add_up(self._field, self._sums, self._blocks, TUNING.coarse_voxels)
         now = voxel_runs.shared(self._sums, self._runs, begin[i], end[i], *self.shift[i], np.float32(np.inf))
         if now == 0:
@@ -169,9 +171,6 @@ class VoxelSearch:
         )
         if len(found) and found.min() < now:
             self.turn[i], self.shift[i] = tried[found.argmin()], shifts[found.argmin()]
-
-    def _others(self, i: int) -> np.ndarray:
-        return np.arange(len(self.bodies)) != i
 
     def _correlated(self, i: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Of a body: the turns that fit the box, `(T,)`, the conjugate spectra of their blocks `(T, ...)`, and where on

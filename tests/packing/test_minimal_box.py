@@ -1,5 +1,7 @@
 """The smallest box holds all, certified, never grows, and keeps its shape."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
@@ -10,6 +12,7 @@ from rasp_core.geometry.containers import FreeBox, parse
 from rasp_core.geometry.meshes import make_body, unique_names
 from rasp_core.packing import minimal_box
 from rasp_core.problem import Settings
+from rasp_core.util.budget import Budget
 from rasp_core.util.errors import InputError
 
 QUICK = Settings(query_points=10_000, resolution=64)
@@ -61,6 +64,27 @@ def test_one_object_is_boxed(text):
     (body,) = kitchen_like(1)
     edges = holds_all(minimal_box.pack([body], parse(text), QUICK, effort=1), [body])
     assert edges.max() <= (0.3 if "0.3" in text else 2 * body.half_extents.max() + 1e-9)
+
+
+def test_many_bodies_are_pressed_alone(monkeypatch):
+    made = []
+    monkeypatch.setattr(minimal_box, "TUNING", replace(minimal_box.TUNING, most_among_voxels=3))
+    monkeypatch.setattr("rasp_core.packing.voxel_descent.VoxelDescent.begin", lambda *_: made.append(1))
+    bodies = kitchen_like(4)
+    holds_all(minimal_box.pack(bodies, parse("auto"), QUICK, effort=12), bodies)
+    assert made == []
+
+
+def test_the_means_that_gained_more_goes_on():
+    search = minimal_box._Search(kitchen_like(4), parse("auto"), QUICK, "cpu", Budget(effort=100), False, None)
+    search.place()
+    search.means, search.least_before = "pressing", 1.1 * search.least
+    search.gains["voxels"] = 0.05
+    search._take_turns()
+    assert search.means == "pressing", "10 % of the volume are more than 5 %"
+    search._take_turns()
+    assert search.means == "voxels", "nothing is less"
+    assert search.gains["pressing"] == 0
 
 
 def test_ctrl_c_returns_the_best_so_far(monkeypatch):
