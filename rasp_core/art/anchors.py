@@ -27,8 +27,7 @@ def inner_points(solids: Sequence[manifold3d.Manifold], radius: float) -> tuple[
     points, inward = np.concatenate(starts), np.concatenate(inward)
     size = float(np.ptp(points, axis=0).max())
     skin = 1e-5 * size
-    rays = np.concatenate([points + skin * inward, inward], 1).astype(np.float32)
-    depth = skin + o3d.caster(surfaces).cast_rays(o3d.load().core.Tensor(rays))["t_hit"].numpy().astype(float)
+    depth = skin + o3d.depths(o3d.caster(surfaces), points, inward, skin)
     inner = points + np.minimum(depth / 2, radius)[:, None] * inward
     return np.split(inner, np.cumsum([len(x) for x in starts])[:-1]), depth
 

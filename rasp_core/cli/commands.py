@@ -53,8 +53,9 @@ def pack(options: argparse.Namespace) -> int:
     check_together(options)
     folder, reading = check_writable(options.out), reading_of(options)
     method = method_of(options, given_of(options, "time_limit", "effort", "record", *SETTINGS) | counted(count))
-    views = from_files.directions_of(options.azimuths_deg, options.elevations_deg)
-    kinds = read_boxes(table, reading, views) if table else []
+    kinds = []
+    if table:
+        kinds = read_boxes(table, reading, from_files.directions_of(options.azimuths_deg, options.elevations_deg))
     bodies, container, scale = from_files.load(
         objects=options.objects,
         container=kinds[0][0] if table else container_of(options),

@@ -174,11 +174,16 @@ class FreeBox:
         """`(3,)` bool: the edges that are free."""
         return np.array([edge is None for edge in self.edges])
 
+    def lengths(self, free: float | np.ndarray) -> np.ndarray:
+        """`(3,)` edges in metres: those that are given, and `free`, one or `(3,)`, for the others."""
+        return np.array(
+            [other if edge is None else edge for edge, other in zip(self.edges, np.broadcast_to(free, 3), strict=True)]
+        )
+
     def sized(self, volume: float) -> np.ndarray:
         """`(3,)` edges of the box of this volume whose free edges are equal."""
         fixed = [edge for edge in self.edges if edge is not None]
-        free = (volume / np.prod(fixed)) ** (1 / (3 - len(fixed)))
-        return np.array([free if edge is None else edge for edge in self.edges])
+        return self.lengths((volume / np.prod(fixed)) ** (1 / (3 - len(fixed))))
 
 
 def parse(text: str, reading: Reading = METRES, folder: str | Path = ".") -> Container | FreeBox:

@@ -23,13 +23,8 @@ class MeshDistance:
     """Of one body, in the frame about its centre; metres."""
 
     def __init__(self, body: Body) -> None:
-        open3d = o3d.load()
-        self._tensor = open3d.core.Tensor
         self._vertices, self._faces = body.solid_vertices, body.solid_faces
-        self._scene = open3d.t.geometry.RaycastingScene()
-        self._scene.add_triangles(
-            self._tensor(self._vertices.astype(np.float32)), self._tensor(self._faces.astype(np.uint32))
-        )
+        self._scene = o3d.caster([(self._vertices, self._faces)])
         mesh = trimesh.Trimesh(self._vertices, self._faces, process=False)
         self._corner_normals = np.asarray(mesh.vertex_normals)
         crosses = np.asarray(mesh.triangles_cross)
@@ -43,7 +38,7 @@ class MeshDistance:
 
     def at(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Of points `(M, 3)`: distances `(M,)`, negative inside, and unit directions `(M, 3)` in which they grow."""
-        asked = self._tensor(points.astype(np.float32))
+        asked = points.astype(np.float32)
         found = self._scene.compute_closest_points(asked)
         away, normals = points - found["points"].numpy(), self._normals(found)
         length = np.linalg.norm(away, axis=1)

@@ -84,6 +84,11 @@ class Body:
         _WITH_SOLID.add(self)
         return to_manifold(self.solid_vertices, self.solid_faces)
 
+    @property
+    def hull_corners(self) -> np.ndarray:
+        """`(V, 3)` corners of the solid's convex hull, about the origin."""
+        return np.asarray(self.manifold.hull().to_mesh64().vert_properties)[:, :3]
+
     def placed(self, matrix: np.ndarray) -> np.ndarray:
         """The solid's vertices `(V, 3)` where `matrix` `(4, 4)`, from file coordinates to the world, puts them."""
         return (self.solid_vertices + self.centre) @ matrix[:3, :3].T + matrix[:3, 3]

@@ -15,13 +15,8 @@ def weigh(field, runs, begin, end, shifts, weights):
     """Set the field `(X, Y, Z)` to the sum of the weights `(N,)` of the bodies that take each voxel."""
     field[:] = 0
     for body in range(len(begin)):
-        weight = weights[body]
-        if weight == 0:
-            continue
-        for run in range(begin[body], end[body]):
-            x, y = runs[run, 0] + shifts[body, 0], runs[run, 1] + shifts[body, 1]
-            for z in range(runs[run, 2] + shifts[body, 2], runs[run, 3] + shifts[body, 2]):
-                field[x, y, z] += weight
+        if weights[body] != 0:
+            _add(field, runs, begin[body], end[body], shifts[body], weights[body])
 
 
 @njit(cache=True, nogil=True)
@@ -92,7 +87,7 @@ def shared_by_pairs(mark, runs, begin, end, shifts, sizes):
             if (shifts[i] >= shifts[j] + sizes[j]).any() or (shifts[j] >= shifts[i] + sizes[i]).any():
                 continue
             if not marked:
-                _mark(mark, runs, begin[i], end[i], shifts[i], 1)
+                _add(mark, runs, begin[i], end[i], shifts[i], 1)
                 marked = True
             total = 0
             for run in range(begin[j], end[j]):
@@ -101,13 +96,13 @@ def shared_by_pairs(mark, runs, begin, end, shifts, sizes):
                     total += mark[x, y, z]
             found[i, j] = found[j, i] = total
         if marked:
-            _mark(mark, runs, begin[i], end[i], shifts[i], 0)
+            _add(mark, runs, begin[i], end[i], shifts[i], -1)
     return found
 
 
 @njit(cache=True, nogil=True)
-def _mark(mark, runs, begin, end, shift, value):
+def _add(field, runs, begin, end, shift, value):
     for run in range(begin, end):
         x, y = runs[run, 0] + shift[0], runs[run, 1] + shift[1]
         for z in range(runs[run, 2] + shift[2], runs[run, 3] + shift[2]):
-            mark[x, y, z] = value
+            field[x, y, z] += value

@@ -11,8 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+import torch
 import trimesh
 from scipy.optimize import linprog
 from scipy.sparse import coo_matrix, hstack
@@ -21,6 +23,8 @@ from scipy.spatial.transform import Rotation
 from ..geometry.containers import FreeBox
 from ..geometry.mesh_distance import MeshDistance
 from ..geometry.meshes import Body
+from ..geometry.surface_points import surface_points
+from ..poses import Poses
 
 
 @dataclass(frozen=True)
@@ -46,16 +50,42 @@ class CompactionTuning:
 TUNING = CompactionTuning()
 
 
+class Contact(NamedTuple):
+    """Of two bodies, by number: points `(M, 3)` of the first, the nearest of those within reach of the second, the
+    directions in which they go away from it `(M, 3)`, and how far they are `(M,)`, metres, in rising order."""
+
+    first: int
+    second: int
+    points: np.ndarray
+    away: np.ndarray
+    apart: np.ndarray
+
+    def within(self, reach: float) -> Contact:
+        """The points nearer than a reach."""
+        near = self.apart <= reach
+        return Contact(self.first, self.second, self.points[near], self.away[near], self.apart[near])
+
+
 @dataclass(frozen=True)
 class Compacted:
-    """rotation `(N, 3, 3)`, translation `(N, 3)` in a box about the origin, edges `(3,)`; overlap : metres, the
-    sum over pairs of bodies of how deep one lies in the other; beyond : a wall."""
+    """rotation `(N, 3, 3)`, translation `(N, 3)` in a box about the origin, edges `(3,)`; beyond : metres beyond a
+    wall. contacts : of bodies that overlap or nearly do."""
 
     rotation: np.ndarray
     translation: np.ndarray
     edges: np.ndarray
-    overlap: float
     beyond: float
+    contacts: list[Contact]
+
+    @property
+    def overlap(self) -> float:
+        """Metres, the sum over pairs of bodies of how deep one lies in the other."""
+        return -sum(min(float(contact.apart[0]), 0.0) for contact in self.contacts)
+
+    @property
+    def poses(self) -> Poses:
+        """The same, float64."""
+        return Poses(torch.from_numpy(self.rotation), torch.from_numpy(self.translation))
 
 
 class Compaction:
@@ -65,17 +95,14 @@ class Compaction:
         self.shape, self.radius = shape, np.array([body.radius for body in bodies])
         self.unit = float(self.radius.mean())
         self._free = np.array([True, False, False]) if shape.cube else shape.free  # a cube has one edge
-        solids = {body.digest: body for body in bodies}
-        distances = {digest: MeshDistance(body) for digest, body in solids.items()}
-        points = {digest: _points(body, TUNING.spacing * self.unit) for digest, body in solids.items()}
-        corners = {digest: _corners(body) for digest, body in solids.items()}
-        self._distances, self._points, self._corners = (
-            [known[body.digest] for body in bodies] for known in (distances, points, corners)
-        )
+        spacing, solids = TUNING.spacing * self.unit, {body.digest: body for body in bodies}
+        known = {key: (MeshDistance(body), _points(body, spacing), body.hull_corners) for key, body in solids.items()}
+        self._distances, self._points, self._corners = zip(*(known[body.digest] for body in bodies), strict=True)
 
     def run(self, rotation: np.ndarray, translation: np.ndarray, late: Callable[[], bool]) -> Compacted:
         """From poses `(N, 3, 3)`, `(N, 3)`, which may overlap a little, to where no step makes the box smaller."""
-        now, step = self._measured(rotation, translation), TUNING.first_step * self.unit
+        step = TUNING.first_step * self.unit
+        now = self._measured(rotation, translation, step)
         length = float(now.edges[self._free].mean())
         while step > TUNING.least_step * self.unit and not late():
             moved = self._moved(now, step, length)
@@ -84,35 +111,32 @@ class Compaction:
                 continue
             gain = self._cost(now, length) - self._cost(moved, length)
             if gain > TUNING.gained * self.unit:
-                now, step = moved, min(TUNING.longer * step, TUNING.largest_step * self.unit)
+                now, step = moved, self._longer(step)
             if gain < TUNING.hardly * self.unit:
                 step *= TUNING.shorter
         return now
 
     # -- where bodies are ------------------------------------------------------------------------------------------
 
-    def _measured(self, rotation: np.ndarray, translation: np.ndarray) -> Compacted:
-        """Poses moved so that their box lies about the origin, and how deep they overlap."""
+    def _longer(self, step: float) -> float:
+        return min(TUNING.longer * step, TUNING.largest_step * self.unit)
+
+    def _measured(self, rotation: np.ndarray, translation: np.ndarray, step: float) -> Compacted:
+        """Poses moved so that their box lies about the origin, and what overlaps or may after a further step."""
         placed = [c @ r.T + t for c, r, t in zip(self._corners, rotation, translation, strict=True)]
         low, high = np.min([p.min(0) for p in placed], axis=0), np.max([p.max(0) for p in placed], axis=0)
-        extent, given = high - low, np.array([np.nan if edge is None else edge for edge in self.shape.edges])
-        edges = np.where(self.shape.free, extent.max() if self.shape.cube else extent, given)
-        beyond = np.nanmax(np.append(extent - given, 0.0)) / 2
+        extent = high - low
+        edges = self.shape.lengths(extent.max() if self.shape.cube else extent)
+        beyond = max(float((extent - edges).max()), 0.0) / 2
         translation = translation - (low + high) / 2
-        contacts = self._contacts(rotation, translation, 0.0)
-        overlap = -sum(float(apart.min()) for *_, apart in contacts)
-        return Compacted(rotation, translation, edges, overlap, float(beyond))
+        return Compacted(rotation, translation, edges, beyond, self._contacts(rotation, translation, _reach(step)))
 
     def _cost(self, at: Compacted, length: float) -> float:
         """What a step is to lessen, metres: the logarithm of the volume, in lengths of the box, and what overlaps."""
         volume = length * np.log(at.edges[self._free]).sum()
         return float(volume + TUNING.of_overlap * at.overlap + TUNING.of_walls * at.beyond)
 
-    def _contacts(
-        self, rotation: np.ndarray, translation: np.ndarray, reach: float
-    ) -> list[tuple[int, int, np.ndarray, np.ndarray, np.ndarray]]:
-        """Of pairs of bodies: points `(M, 3)` of the first within reach of the second, the directions in which they go
-        away from it `(M, 3)`, and how far they are `(M,)`."""
+    def _contacts(self, rotation: np.ndarray, translation: np.ndarray, reach: float) -> list[Contact]:
         placed = [p @ r.T + t for p, r, t in zip(self._points, rotation, translation, strict=True)]
         low, high = np.array([p.min(0) for p in placed]), np.array([p.max(0) for p in placed])
         found = []
@@ -128,10 +152,8 @@ class Compaction:
             ends = np.cumsum([len(points) for _, points in near])[:-1]
             for (a, points), gaps, out in zip(near, np.split(apart, ends), np.split(away, ends), strict=True):
                 nearest = np.argsort(gaps)[: TUNING.points_of_pair]
-                nearest = nearest[gaps[nearest] <= reach]
-                if len(nearest):
-                    found.append((int(a), b, points[nearest], out[nearest], gaps[nearest]))
-        return found
+                found.append(Contact(int(a), b, points[nearest], out[nearest], gaps[nearest]).within(reach))
+        return [contact for contact in found if len(contact.points)]
 
     # -- a step --------------------------------------------------------------------------------------------------------
 
@@ -143,7 +165,8 @@ class Compaction:
         by.
         """
         count = len(self.radius)
-        contacts = self._contacts(now.rotation, now.translation, 2 * np.sqrt(3) * step)
+        near = [contact.within(_reach(step)) for contact in now.contacts]
+        contacts = [contact for contact in near if len(contact.points)]
         edge_at, overlap_at = 6 * count, 6 * count + 3
         beyond_at = overlap_at + len(contacts)
         rows = _Rows()
@@ -184,7 +207,7 @@ class Compaction:
         moves = (solved.x[:edge_at] - solved.x[edge_at : 2 * edge_at]).reshape(-1, 3)
         shifts, turns = moves[:count], moves[count:]
         turned = Rotation.from_rotvec(turns / self.radius[:, None]).as_matrix() @ now.rotation
-        return self._measured(turned, now.translation + shifts)
+        return self._measured(turned, now.translation + shifts, self._longer(step))
 
     def _pushed(self, body: int, arms: np.ndarray, directions: np.ndarray) -> list[tuple[int, np.ndarray]]:
         """How far points at `arms` `(M, 3)` from a body's centre go along directions `(M, 3)`, for each of its unknowns
@@ -217,23 +240,24 @@ class _Rows:
         return coo_matrix((values, (rows, columns)), (self.count, unknowns)).tocsr(), np.concatenate(self._limits)
 
 
+def _reach(step: float) -> float:
+    """Metres by which two bodies may come nearer to each other in a step along each axis."""
+    return 2 * np.sqrt(3) * step
+
+
 def _points(body: Body, spacing: float) -> np.ndarray:
     """Points of a body's surface, `(M, 3)` about its centre: corners, then sharp edges and faces at a spacing."""
     mesh = trimesh.Trimesh(body.solid_vertices, body.solid_faces, process=False)
     ends = mesh.vertices[mesh.face_adjacency_edges[mesh.face_adjacency_angles > TUNING.sharp_rad]]
     counts = np.ceil(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / spacing).astype(int)
     along = [a + (b - a) * (np.arange(n + 1) / n)[:, None] for (a, b), n in zip(ends, counts, strict=True) if n]
-    corners = np.unique(np.concatenate([_corners(body), *along]), axis=0)
-    spread = trimesh.sample.sample_surface(mesh, min(int(mesh.area / spacing**2) + 1, TUNING.most_points), seed=0)[0]
+    corners = np.unique(np.concatenate([body.hull_corners, *along]), axis=0)
+    count = min(int(mesh.area / spacing**2) + 1, TUNING.most_points)
+    spread, _ = surface_points(body.solid_vertices, body.solid_faces, count)
     points = np.concatenate([corners, spread])
     if len(points) <= TUNING.most_points:
         return points
     return points[np.random.default_rng(0).choice(len(points), TUNING.most_points, replace=False)]
-
-
-def _corners(body: Body) -> np.ndarray:
-    """Of the body's convex hull, `(M, 3)` about its centre."""
-    return np.asarray(body.manifold.hull().to_mesh64().vert_properties)[:, :3]
 
 
 def _within(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:

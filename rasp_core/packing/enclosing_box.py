@@ -25,7 +25,7 @@ def enclosing_box(
     solids = [placed_solid(body, matrix) for body, matrix in zip(bodies, matrices, strict=True)]
     bounds = np.array([solid.bounding_box() for solid in solids]).reshape(-1, 2, 3)
     low, high = bounds[:, 0].min(0), bounds[:, 1].max(0)
-    edges = np.array([size if e is None else e for size, e in zip(high - low, shape.edges, strict=True)])
+    edges = shape.lengths(high - low)
     if shape.cube:
         edges[:] = edges.max()
     if most is not None and np.prod(most) < np.prod(edges):

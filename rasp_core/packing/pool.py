@@ -126,7 +126,7 @@ def _too_large(body: Body, container: Container, diameter: float, ball: float) -
 
 def _diameter(body: Body) -> float:
     """Largest distance in metres between two points of the body."""
-    corners = np.asarray(body.manifold.hull().to_mesh64().vert_properties)[:, :3]
+    corners = body.hull_corners
     return max(float(np.linalg.norm(corners - corner, axis=1).max()) for corner in corners)
 
 

@@ -20,11 +20,11 @@ def slanted_turns(body: Body, container: Container) -> np.ndarray:
     A chord joins two corners of the container's convex hull and is longer than the body. First the body's shortest edge
     lies level, so that a board stands upright in a box; then it is rolled about its longest.
     """
-    to_box, edges = trimesh.bounds.oriented_bounds(_hull_corners(body))
+    to_box, edges = trimesh.bounds.oriented_bounds(body.hull_corners)
     order = np.argsort(-edges, kind="stable")
     axes = to_box[:3, :3][order]
     axes[2] = np.cross(axes[0], axes[1])  # length, width and thickness of the body, a right-handed frame
-    directions = _directions(_hull_corners(container.body), float(edges.max()))
+    directions = _directions(container.body.hull_corners, float(edges.max()))
     turns = []
     for angle in np.arange(ROLLS) * np.pi / ROLLS:
         for along in directions:
@@ -44,10 +44,6 @@ def fits_straight(body: Body, container: Container) -> bool:
 def is_long(body: Body, container: Container) -> bool:
     """Whether a body is so long for its container that a slant may help."""
     return bool(body.radius > LONG * container.body.radius)
-
-
-def _hull_corners(body: Body) -> np.ndarray:
-    return np.asarray(body.manifold.hull().to_mesh64().vert_properties)[:, :3]
 
 
 def _directions(corners: np.ndarray, least: float) -> list[np.ndarray]:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..geometry.containers import FreeBox
-from ..geometry.meshes import Body
-from ..poses import Poses
-from .compaction import Compacted, Compaction
+from .best_box import BestBox
+from .compaction import Compaction
 from .voxel_search import VoxelSearch
 
 
@@ -26,27 +24,25 @@ TUNING = DescentTuning()
 
 
 class VoxelDescent:
-    """A search under way.
+    """A search under way, in voxels of an edge in metres. best : the smallest box so far, which it goes on from and
+    replaces."""
 
-    hold : takes what was compacted, and says whether it holds and is the best so far.
-    """
+    def __init__(self, best: BestBox, voxel: float, seed: int) -> None:
+        self.best = best
+        self.search = VoxelSearch(best.bodies, best.shape, voxel, np.random.default_rng(seed))
+        self.compaction = Compaction(best.bodies, best.shape)
 
-    def __init__(
-        self, bodies: Sequence[Body], shape: FreeBox, voxel: float, seed: int, hold: Callable[[Compacted], bool]
-    ) -> None:
-        self.search = VoxelSearch(bodies, shape, voxel, np.random.default_rng(seed))
-        self.compaction, self.hold = Compaction(bodies, shape), hold
-
-    def begin(self, poses: Poses, edges: np.ndarray) -> None:
-        """From a packing in a box of these edges, metres."""
+    def begin(self) -> None:
+        """From the best packing so far."""
         # rotation, translation and edges of what was free and is not compacted yet
         self.free: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
         self.sweeps = 0
-        self.search.begin(poses.rotation.numpy(), poses.translation.numpy(), edges)
+        poses = self.best.poses
+        self.search.begin(poses.rotation.numpy(), poses.translation.numpy(), self.best.container.size)
         self.start = self.search.state()
 
-    def improve(self, least: float, late: Callable[[], bool]) -> None:
-        """One sweep. least : cubic metres of the best box so far. late : whether time is over."""
+    def improve(self, late: Callable[[], bool]) -> None:
+        """One sweep. late : whether time is over."""
         self.sweeps += 1
         if self.search.sweep() == 0:
             self.free.append((*self.search.poses, self.search.edges))
@@ -56,16 +52,19 @@ class VoxelDescent:
             if not all([self.search.shrink() for _ in range(at_once)]):
                 self.sweeps = TUNING.sweeps
         if self.sweeps >= TUNING.sweeps:
-            self.compact(least, late)
+            self.end(late)
             self.search.restore(self.start)
             self.search.shrink()
             self.search.swap()
 
-    def compact(self, least: float, late: Callable[[], bool]) -> None:
+    def end(self, late: Callable[[], bool]) -> None:
         """Compact the smallest box of voxels that was free; if that does not hold, the one before, while these are
         smaller than the best."""
         self.sweeps = 0
         while self.free:
             rotation, translation, edges = self.free.pop()
-            if np.prod(edges) > least or self.hold(self.compaction.run(rotation, translation, late)):
+            if np.prod(edges) > self.best.least:
+                break
+            compacted = self.compaction.run(rotation, translation, late)
+            if self.best.hold(compacted.poses, compacted.edges):
                 break

@@ -14,11 +14,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import trimesh
 from scipy import fft
 
 from ..geometry.containers import FreeBox
 from ..geometry.meshes import Body
+from ..geometry.surface_points import surface_points
 from ..geometry.wishes import quarter_turns
 from ..kernels import voxel_runs
 from ..util import o3d
@@ -87,7 +87,16 @@ class VoxelSearch:
         corners = translation - np.array([self._turns[k].centre for k in self.turn]) + edges / 2
         self.shift = np.rint(corners / self.voxel).astype(np.int64)
         self.weights = np.ones((len(self.bodies),) * 2, np.float32)
-        self._enter(_whole(edges, self.voxel))
+        self._sizes = np.array([turn.size for turn in self._turns])
+        lengths = [len(turn.runs) for turn in self._turns]
+        self._end = np.cumsum(lengths)
+        self._begin = self._end - lengths
+        self._runs = np.concatenate([turn.runs for turn in self._turns])
+        size = _whole(edges, self.voxel)
+        for i in self._sticking_out(size):
+            fitting = self._fitting(i, size)
+            self.turn[i] = fitting[0] if fitting else self.turn[i]
+        self._enter(size)
 
     def sweep(self) -> int:
         """Move each body that shares something, in a random order; how many voxels are shared then, of two each."""
@@ -106,12 +115,11 @@ class VoxelSearch:
         free = np.flatnonzero(self.shape.free)
         size = self.size.copy()
         size[free if self.shape.cube else self.random.choice(free)] -= 1
-        for i, choices in enumerate(self._choices):
-            if (self._turns[self.turn[i]].size > size).any():
-                fitting = [k for k in choices if (self._turns[k].size <= size).all()]
-                if not fitting:
-                    return False
-                self.turn[i] = self.random.choice(fitting)
+        for i in self._sticking_out(size):
+            fitting = self._fitting(i, size)
+            if not fitting:
+                return False
+            self.turn[i] = self.random.choice(fitting)
         self._enter(size)
         return True
 
@@ -130,14 +138,13 @@ class VoxelSearch:
         if len(self.bodies) > 1:
             one, other = self.random.choice(len(self.bodies), 2, replace=False)
             self.shift[[one, other]] = self.shift[[other, one]]
+            self._move_in()
         self.weights[:] = 1
-        self._enter(self.size)
 
     @property
     def edges(self) -> np.ndarray:
         """`(3,)` of the box, metres; those that are given are as given."""
-        given = [np.nan if edge is None else edge for edge in self.shape.edges]
-        return np.where(self.shape.free, self.size * self.voxel, given)
+        return self.shape.lengths(self.size * self.voxel)
 
     @property
     def poses(self) -> tuple[np.ndarray, np.ndarray]:
@@ -177,7 +184,7 @@ class VoxelSearch:
         the coarse lattice they would stick out `(T, ...)` bool."""
         key = self.bodies[i].digest
         if key not in self._spectra:
-            turns = np.array([k for k in self._choices[i] if (self._sizes[k] <= self.size).all()], np.int64)
+            turns = np.array(self._fitting(i, self.size), np.int64)
             spectra = [np.conj(fft.rfftn(self._turns[k].coarse, self._padded)).astype(np.complex64) for k in turns]
             outside = np.ones((len(turns), *self._padded), bool)
             for k, one in zip(turns, outside, strict=True):
@@ -193,25 +200,26 @@ class VoxelSearch:
     # -- the box -----------------------------------------------------------------------------------------------------
 
     def _enter(self, size: np.ndarray) -> None:
-        """Take a box of so many voxels; what would stick out is moved in, and turned if it must be."""
-        self.size = size
-        self._sizes = np.array([turn.size for turn in self._turns])
-        lengths = [len(turn.runs) for turn in self._turns]
-        self._end = np.cumsum(lengths)
-        self._begin = self._end - lengths
-        self._runs = np.concatenate([turn.runs for turn in self._turns])
-        for i, choices in enumerate(self._choices):
-            if (self._sizes[self.turn[i]] > size).any():
-                fitting = [k for k in choices if (self._sizes[k] <= size).all()]
-                self.turn[i] = fitting[0] if fitting else self.turn[i]
+        """Take a box of so many voxels, or of more where a body does not go in; what would stick out is moved in."""
         self.size = np.maximum(size, self._sizes[self.turn].max(0))
-        self.shift = np.clip(self.shift, 0, self.size - self._sizes[self.turn])
+        self._move_in()
         x, y, z = self.size
         self._field, self._sums = np.zeros((x, y, z), np.float32), np.zeros((x, y, z + 1), np.float32)
         self._mark = np.zeros((x, y, z), np.int8)
         self._blocks = np.zeros(-(-self.size // TUNING.coarse_voxels), np.float32)
         self._padded = tuple(fft.next_fast_len(int(n), real=True) for n in self._blocks.shape)
         self._spectra: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]] = {}
+
+    def _move_in(self) -> None:
+        self.shift = np.clip(self.shift, 0, self.size - self._sizes[self.turn])
+
+    def _sticking_out(self, size: np.ndarray) -> np.ndarray:
+        """Bodies that are larger than a box as they are turned."""
+        return np.flatnonzero((self._sizes[self.turn] > size).any(1))
+
+    def _fitting(self, i: int, size: np.ndarray) -> list[int]:
+        """The right-angled turns of a body that go into a box."""
+        return [k for k in self._choices[i] if (self._sizes[k] <= size).all()]
 
     def _add(self, turns: Sequence[_Turn]) -> list[int]:
         """Keep turned bodies, those of equal voxels once; their numbers."""
@@ -260,25 +268,19 @@ def _filled(body: Body, rotation: np.ndarray, voxel: float) -> Turned:
     Where the body is thinner than a voxel, so that middles miss it, the voxels count that hold its own middle; if even
     these are few, all that it touches.
     """
-    open3d = o3d.load()
-    vertices = body.solid_vertices @ rotation.T
+    vertices, faces = body.solid_vertices @ rotation.T, body.solid_faces
     low, size = vertices.min(0), np.ptp(vertices, axis=0)
     shape = _in_voxels(size, voxel)
     corner = low + size / 2 - shape * voxel / 2
-    scene = open3d.t.geometry.RaycastingScene()
-    scene.add_triangles(
-        open3d.core.Tensor(vertices.astype(np.float32)), open3d.core.Tensor(body.solid_faces.astype(np.uint32))
-    )
+    scene = o3d.caster([(vertices, faces)])
     middles = corner + voxel * (np.stack(np.indices(shape), -1) + 0.5 + TUNING.beside_middle)
-    voxels = scene.compute_occupancy(open3d.core.Tensor(middles.astype(np.float32))).numpy() > 0
-    mesh = trimesh.Trimesh(vertices, body.solid_faces, process=False)
-    count = min(int(TUNING.points_of_voxel_face * mesh.area / voxel**2) + 1, TUNING.most_points)
-    points, faces = trimesh.sample.sample_surface(mesh, count, seed=0)
-    inwards = -mesh.face_normals[faces]
-    rays = np.hstack([points + TUNING.beside_middle[0] * voxel * inwards, inwards]).astype(np.float32)
-    thickness = scene.cast_rays(open3d.core.Tensor(rays))["t_hit"].numpy().astype(np.float64)
+    voxels = scene.compute_occupancy(middles.astype(np.float32)).numpy() > 0
+    area = body.manifold.surface_area()
+    count = min(int(TUNING.points_of_voxel_face * area / voxel**2) + 1, TUNING.most_points)
+    points, normals = surface_points(vertices, faces, count)
+    thickness = o3d.depths(scene, points, -normals, TUNING.beside_middle[0] * voxel)
     thin = thickness < voxel
-    within = points[thin] + inwards[thin] * thickness[thin, None] / 2
+    within = points[thin] - normals[thin] * thickness[thin, None] / 2
     voxels[tuple(np.clip(((within - corner) / voxel).astype(int), 0, shape - 1).T)] = True
     if voxels.sum() * voxel**3 < TUNING.thin * body.volume:
         return Turned.covering(body, rotation, voxel)

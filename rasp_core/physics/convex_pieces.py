@@ -59,9 +59,8 @@ def prisms(surface: trimesh.Trimesh, depth: float | np.ndarray) -> list[np.ndarr
 
 def _behind(surface: trimesh.Trimesh) -> np.ndarray:
     """`(V,)` metres from the surface inwards to the other side: behind the middles of a vertex's faces, the least."""
-    start = surface.triangles_center - 1e-6 * surface.scale * surface.face_normals
-    rays = o3d.load().core.Tensor(np.concatenate([start, -surface.face_normals], 1).astype(np.float32))
-    far = o3d.caster([(surface.vertices, surface.faces)]).cast_rays(rays)["t_hit"].numpy()
+    scene = o3d.caster([(surface.vertices, surface.faces)])
+    far = o3d.depths(scene, surface.triangles_center, -surface.face_normals, 1e-6 * surface.scale)
     least = np.full(len(surface.vertices), np.inf)
     np.minimum.at(least, surface.faces, far[:, None])
     return least

@@ -40,3 +40,10 @@ def caster(surfaces: Iterable[tuple[np.ndarray, np.ndarray]]):
         corners = np.ascontiguousarray(vertices, np.float32)
         scene.add_triangles(open3d.core.Tensor(corners), open3d.core.Tensor(np.ascontiguousarray(faces, np.uint32)))
     return scene
+
+
+def depths(scene, points: np.ndarray, inwards: np.ndarray, skin: float) -> np.ndarray:
+    """`(M,)` metres to the other side of a scene's surface, infinite where there is none: from a skin's thickness
+    behind points `(M, 3)` of it along unit vectors `(M, 3)`."""
+    rays = np.concatenate([points + skin * inwards, inwards], 1).astype(np.float32)
+    return scene.cast_rays(load().core.Tensor(rays))["t_hit"].numpy().astype(np.float64)

@@ -10,15 +10,13 @@ import argparse
 import time
 
 import numpy as np
+import pools
 
 import data_fetch
 import rasp_core as rasp
 from rasp_core.exact.certificate import certify
 
-POOLS = {
-    "embedded": lambda: data_fetch.kitchen_like(24),
-    "Kitchen": lambda: rasp.load(data_fetch.fetch_kitchen()),
-}
+POOLS = {"embedded": lambda: data_fetch.kitchen_like(24), "Kitchen": pools.POOLS["Kitchen"]}
 
 
 def main():

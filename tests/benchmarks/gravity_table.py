@@ -12,6 +12,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from pools import POOLS
 
 import data_fetch
 import rasp_core as rasp
@@ -31,7 +32,7 @@ def main():
     parser.add_argument("--time-limit", type=float, default=20.0, help="seconds of the search")
     options = parser.parse_args()
     embedded = options.pool == "embedded"
-    pool = data_fetch.kitchen_like(48) if embedded else rasp.load(data_fetch.fetch_kitchen())
+    pool = data_fetch.kitchen_like(48) if embedded else POOLS["Kitchen"]()
     for seed in range(options.seeds):
         began = time.monotonic()
         room = rasp.box(*ROOMS[options.pool])

@@ -11,19 +11,12 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+from pools import POOLS
 
-import data_fetch
-import rasp_core as rasp
 from rasp_core.cli.sweep import sweep
-from rasp_core.packing.pool import draw
 from rasp_core.reproduce import ablation
 from rasp_core.reproduce.pools import as_files
 
-POOLS = {
-    "Kitchen": lambda: rasp.load(data_fetch.fetch_kitchen()),
-    "BlockOut": lambda: draw(rasp.load(data_fetch.fetch_blockout()), 100, 0),
-    "General": lambda: draw(rasp.load(data_fetch.fetch_general()), 100, 0),
-}
 SHADOWS = [
     {"silhouette_weight": weight, "lambda_": lambda_, "epsilon": epsilon}
     for weight in (0.1, 0.3, 1.0, 3.0)
@@ -35,7 +28,7 @@ RUN = {"container": "box:0.32,0.32,0.30", "filled": 0.5, "resolution": 128, "que
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--pools", nargs="+", default=list(POOLS), choices=POOLS)
+    parser.add_argument("--pools", nargs="+", default=["Kitchen", "BlockOut", "General"], choices=POOLS)
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--iterations", type=int, default=1000)
     parser.add_argument("--workers", type=int)

@@ -13,13 +13,12 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+import pools
 
 import data_fetch
-import rasp_core as rasp
 from rasp_core.cli.sweep import sweep
 from rasp_core.packing import from_files
-from rasp_core.packing.pool import draw
-from rasp_core.reproduce.pools import as_files, resized
+from rasp_core.reproduce.pools import as_files
 
 ARMS = {
     "silhouettes": {},
@@ -27,13 +26,7 @@ ARMS = {
     "slices": {"shadow": "slices"},
     "none": {"weighting": "no_shadows", "epsilon": 0.001},
 }
-POOLS = {
-    "embedded": lambda: data_fetch.kitchen_like(48),
-    "Kitchen": lambda: rasp.load(data_fetch.fetch_kitchen()),
-    "BlockOut": lambda: draw(rasp.load(data_fetch.fetch_blockout()), 100, 0),
-    "General": lambda: draw(rasp.load(data_fetch.fetch_general()), 100, 0),
-    "CAD": lambda: draw(resized(rasp.load(data_fetch.fetch_cad())), 300, 0),
-}
+POOLS = {"embedded": lambda: data_fetch.kitchen_like(48), **pools.POOLS}
 COLUMNS = ("pool", "arm", "seed", "objects", "density", "certified", "iterations", "seconds")
 SMALL = {"container": "box:0.2,0.2,0.2", "iterations": 120, "resolution": 64}
 LARGE = {"container": "box:0.32,0.32,0.30", "iterations": 1000, "resolution": 128, "query_points": 30_000}

@@ -112,3 +112,9 @@ def test_scaled_keeps_the_shape(room):
         10 * room.signed_distance(points)[0].numpy(), abs=1e-3
     )
     assert large.directions == room.directions
+
+
+def test_edges_that_are_free_take_what_they_are_given():
+    strip = containers.FreeBox((0.2, None, 0.1))
+    assert strip.lengths(0.5).tolist() == [0.2, 0.5, 0.1]
+    assert strip.lengths(np.array([1.0, 2.0, 3.0])).tolist() == [0.2, 2.0, 0.1]

@@ -114,6 +114,15 @@ def test_scaling_scales_lengths(factor):
     assert body.manifold.volume() == pytest.approx(6 * factor**3, rel=1e-5)
 
 
+def test_the_hull_of_a_dented_block_has_its_corners():
+    block, dent = trimesh.creation.box((2, 2, 2)), trimesh.creation.box((1, 1, 1)).apply_translation((3, 3, 4))
+    dented = trimesh.boolean.difference([block.apply_translation((3, 3, 3)), dent], engine="manifold")
+    body = make_body("dented", dented.vertices, dented.faces)
+    assert sorted(map(tuple, body.hull_corners.round(9))) == sorted(
+        map(tuple, trimesh.creation.box((2, 2, 2)).vertices)
+    )
+
+
 def test_equal_bodies_have_equal_digests():
     first, second = (make_body(name, CUBE.vertices, CUBE.faces) for name in "ab")
     assert isinstance(first, Body)

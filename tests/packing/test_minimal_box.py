@@ -78,7 +78,7 @@ def test_many_bodies_are_pressed_alone(monkeypatch):
 def test_the_means_that_gained_more_goes_on():
     search = minimal_box._Search(kitchen_like(4), parse("auto"), QUICK, "cpu", Budget(effort=100), False, None)
     search.place()
-    search.means, search.least_before = "pressing", 1.1 * search.least
+    search.means, search.least_before = "pressing", 1.1 * search.best.least
     search.gains["voxels"] = 0.05
     search._take_turns()
     assert search.means == "pressing", "10 % of the volume are more than 5 %"

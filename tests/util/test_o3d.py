@@ -4,6 +4,8 @@ import subprocess
 import sys
 
 import numpy as np
+import pytest
+import trimesh
 
 from rasp_core.util import o3d
 
@@ -38,3 +40,13 @@ def test_open3d_comes_without_a_web_server_and_leaves_dash_to_others():
     code += "from dash import html; print(html.Div.__name__)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["False", "False", "Div"]
+
+
+def test_depths_reach_the_other_side():
+    block = trimesh.creation.box((2, 2, 1))
+    points, inwards = (
+        np.array([[0.1, 0.2, 0.5], [1, 0.3, 0.1], [0, 0, -2]]),
+        np.array([[0, 0, -1], [-1, 0, 0], [0, 0, -1.0]]),
+    )
+    found = o3d.depths(o3d.caster([(block.vertices, block.faces)]), points, inwards, 0.01)
+    assert found == pytest.approx([0.99, 1.99, np.inf], abs=1e-6)
