@@ -31,7 +31,7 @@ figures: $(READY) ## run the figure notebooks into out/ and compare their facts 
 
 gallery: $(READY) ## write paper_figures/README.md, out/gallery.html with scenes to turn, and the numbers in prose, from claims and facts
 	$(BIN)/python -c "from rasp_core.reproduce import gallery as g; g.write('paper_figures'); g.write_html('paper_figures', 'out/gallery.html')"
-	$(BIN)/python -c "from rasp_core.reproduce.quoted_numbers import refresh; refresh('README.md'); refresh('REPRODUCING.md')"
+	$(BIN)/python -c "from rasp_core.reproduce.quoted_numbers import pages, refresh; [refresh(page) for page in pages('.')]"
 
 site: $(SITE_READY) ## write notebooks, gallery, exercises and API reference as pages into out/site; they need no kernel and no network
 	$(BIN)/python tools/build_site.py out/site

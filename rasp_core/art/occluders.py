@@ -28,7 +28,7 @@ class OccluderSettings:
     attempts: int = 8
     least_gain_of_dark: float = 2e-5
     wanted_worth: float = 0.1
-    spilled_worth: float = -0.3
+    spilled_worth: float = -1.0
     reach_radii: float = 4.0
     spread_radii: float = 0.4
     skin_widths: float = 1e-3

@@ -24,6 +24,7 @@ from ..io.atomic_files import whole
 from ..util.errors import InputError
 from ..visualize import style
 from .provenance import sources
+from .quoted_numbers import refresh
 
 if TYPE_CHECKING:
     import numpy as np
@@ -214,6 +215,7 @@ def run(names: Sequence[str] = (), scale: str = "quick", store: bool = False, ro
             if scale == "quick":
                 notebooks.store(executed, found[name])
             _store(sorted(out.glob(f"{name}.*")), scale, root)
+            refresh(found[name])
     print(table(verdicts))
     return 0 if all(verdict.holds for verdict in verdicts) else 1
 

@@ -1,7 +1,8 @@
 """Measured numbers in prose: links to the facts that they are, written by the facts.
 
 `[17 %](paper_figures/05_loss_ablation.json "overlap, L_sil")` is that fact in per cent, with no decimals. `make
-gallery` writes the numbers anew; the link's own text says how many decimals, and in which unit.
+gallery` writes the numbers anew, in pages and in the notebooks' text; the link's own text says how many decimals, and
+in which unit.
 """
 
 from __future__ import annotations
@@ -9,6 +10,8 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+
+import nbformat
 
 from ..io.atomic_files import whole
 from ..util.errors import InputError
@@ -18,7 +21,7 @@ UNITS = {"": 1.0, "%": 100.0, "mm": 1000.0}  # facts are shares, metres and plai
 
 
 def refresh(path: str | Path) -> None:
-    """Write a Markdown file's quoted numbers anew. Raises InputError as `quoted` does."""
+    """Write the quoted numbers of a Markdown file or a notebook anew. Raises InputError as `quoted` does."""
     path = Path(path)
     text = quoted(path)
     if text != path.read_text(encoding="utf-8"):
@@ -26,8 +29,15 @@ def refresh(path: str | Path) -> None:
             part.write_text(text, encoding="utf-8")
 
 
+def pages(root: str | Path) -> list[Path]:
+    """The files of the repository at `root` whose prose may quote numbers."""
+    root = Path(root)
+    return [root / "README.md", root / "REPRODUCING.md", *sorted((root / "notebooks").glob("*.ipynb"))]
+
+
 def quoted(path: Path) -> str:
-    """The text of a Markdown file with its quoted numbers as the facts have them; links are relative to the file.
+    """The text of a Markdown file, or of a notebook, with its quoted numbers as the facts have them; links are relative
+    to the file.
 
     Raises InputError naming the file where a fact is not there, or is no number.
     """
@@ -41,4 +51,10 @@ def quoted(path: Path) -> str:
             raise InputError(f"{path}: quotes {fact!r} of {facts}, where no such number is; mend the link") from error
         return f"[{shown}]{link}"
 
-    return QUOTED.sub(number, path.read_text(encoding="utf-8"))
+    if path.suffix != ".ipynb":
+        return QUOTED.sub(number, path.read_text(encoding="utf-8"))
+    notebook = nbformat.read(path, as_version=4)
+    for cell in notebook.cells:
+        if cell.cell_type == "markdown":
+            cell.source = QUOTED.sub(number, cell.source)
+    return nbformat.writes(notebook) + "\n"

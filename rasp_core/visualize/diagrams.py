@@ -21,7 +21,7 @@ BOXES = (
     ("fields", "signed distances", 6.1, 0.6, 2.9, 2.6),
 )
 LOSSES = (
-    (r"$\mathcal{L}_{sil}$: missing shadow", 4.75, style.LOSSES[0]),
+    (r"$\mathcal{L}_{sil}$: shadows", 4.75, style.LOSSES[0]),
     (r"$\mathcal{L}_{is}$: overlap", 2.35, style.LOSSES[1]),
     (r"$\lambda\,\mathcal{L}_{ext}$: walls", 1.05, style.LOSSES[2]),
 )

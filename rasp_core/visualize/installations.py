@@ -80,8 +80,8 @@ def before_wall(arrangement: Arrangement, view: int, size: int = 520, raised_deg
     """The heap, the lamp of one of its views alone, and that view's wall, from above the lamp."""
     run, camera = arrangement, arrangement.cameras[view]
     hues = colours(len(run.problem.bodies))
-    walls = [wall(camera, away, (-0.52, 0.52), (-0.52, 0.52)).vertices for away in (0.0, AWAY)]
-    frame = np.concatenate([walls[0][:2], walls[1]])
+    near, far = (wall(camera, away, (-0.52, 0.52), (-0.56, 0.52)).vertices for away in (-0.4, AWAY))
+    frame = np.concatenate([near[:2], far])
     surfaces = [*whole(run.problem.bodies, run.matrices, hues), wall(camera, AWAY, (-9, 9), (-9, 9))]
     look = {"azimuth_deg": camera.azimuth_deg, "elevation_deg": camera.elevation_deg + raised_deg}
     return picture(surfaces, [Lamp(camera, WARM)], **look, size=size, frame=frame)
@@ -101,7 +101,7 @@ def stacked(upper: Arrangement, lower: Arrangement, size: int = 640) -> np.ndarr
     away = 1.12
     surfaces += [wall(front, away, (-away, 9), (-away, 9)), wall(side, away, (-9, away), (-away, 9))]
     surfaces += [wall(top, away, (-away, 9), (-9, away))]
-    frame = edge * np.array([(-away, -0.6, 1.58), (-0.55, -0.55, -away), (0.55, -0.55, -away), (0.6, away, 1.58)])
+    frame = edge * np.array([(-away, -0.75, 1.64), (-0.62, -0.62, -away), (0.62, -0.62, -away), (0.75, away, 1.64)])
     return picture(surfaces, lamps, 45.0, 22.0, size, 20.0, frame)
 
 

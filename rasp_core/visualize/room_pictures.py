@@ -16,7 +16,7 @@ from .lamplight import Bulb, Surface, picture
 from .scene3d import colours
 from .style import OTHERS
 
-MARGIN = 1.9  # of a picture's height: how large a piece of its surface is drawn
+MARGIN = 1.65  # of a picture's height: how large a piece of its surface is drawn
 BLUR_DEG = 0.05  # of the lamps' rays
 PLAN = 420  # pixels, the longer side of a plan
 

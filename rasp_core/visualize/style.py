@@ -17,10 +17,10 @@ WIDE = 13.0  # inches, of a figure that fills a page
 LEGIBLE_PX = 12.0  # of a letter's height, its line, with the figure at a third of its size
 TEXT_PT = math.ceil(2 * LEGIBLE_PX * 3 * 72 / DPI) / 2  # the smallest text that is legible there
 
-# One colour, one meaning, RGB in [0, 1]: what a shadow lacks, what it has too much, what two objects share.
-MISSING, TOO_MUCH, OVERLAP = (1.0, 0.5, 0.0), (0.0, 0.5, 1.0), (0.84, 0.1, 0.1)
-# The curves of the losses take the colour of what each cures: L_sil, L_is, L_ext.
-LOSSES = (MISSING, OVERLAP, TOO_MUCH)
+# One colour, one meaning, RGB in [0, 1]: what a shadow lacks, what it has too much, what two objects share, the walls.
+MISSING, TOO_MUCH, OVERLAP, WALLS = (1.0, 0.5, 0.0), (0.0, 0.5, 1.0), (0.84, 0.1, 0.1), (0.5, 0.5, 0.5)
+# The curves of L_sil, L_is and L_ext: of what is missing first, of what is shared, of the walls.
+LOSSES = (MISSING, OVERLAP, WALLS)
 # Methods, containers and whatever else has to differ, in colours that mean nothing.
 OTHERS = ("#1b7f79", "#7a5195", "#b8860b", "#4d4d4d", "#6a9a1f", "#d45087", "#8c564b")
 

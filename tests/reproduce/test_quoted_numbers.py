@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import nbformat
 import pytest
 
 from rasp_core.reproduce import quoted_numbers
@@ -47,10 +48,23 @@ def test_what_is_no_fact_is_named(page, link):
         quoted_numbers.refresh(page(f"[9]({link})"))
 
 
-@pytest.mark.parametrize("name", ["README.md", "REPRODUCING.md"])
-def test_no_number_in_the_committed_prose_differs_from_its_fact(name):
-    assert quoted_numbers.quoted(ROOT / name) == (ROOT / name).read_text(), "run make gallery"
+def test_in_notebooks_the_text_is_written_anew_and_nothing_else(page, tmp_path):
+    page("")
+    code = nbformat.v4.new_code_cell("print(1)", outputs=[nbformat.v4.new_output("stream", text='[9](facts.json "count")')])
+    words = nbformat.v4.new_markdown_cell('Of 5 [9](facts.json "count").')
+    notebook = nbformat.v4.new_notebook(cells=[words, code])
+    nbformat.write(notebook, tmp_path / "a.ipynb")
+    quoted_numbers.refresh(tmp_path / "a.ipynb")
+    words.source = 'Of 5 [4](facts.json "count").'
+    assert nbformat.read(tmp_path / "a.ipynb", as_version=4) == notebook
+
+
+@pytest.mark.parametrize("path", quoted_numbers.pages(ROOT), ids=lambda path: path.name)
+def test_no_number_in_the_committed_prose_differs_from_its_fact(path):
+    assert quoted_numbers.quoted(path) == path.read_text(encoding="utf-8"), "run make gallery"
 
 
 def test_numbers_are_quoted():
-    assert len(quoted_numbers.QUOTED.findall((ROOT / "REPRODUCING.md").read_text())) > 20
+    quotes = {path.name: len(quoted_numbers.QUOTED.findall(quoted_numbers.quoted(path))) for path in quoted_numbers.pages(ROOT)}
+    assert quotes["REPRODUCING.md"] > 20
+    assert quotes["03_packing_density.ipynb"] > 2
