@@ -64,6 +64,7 @@ WRONG = {
         ("lambda s: np.maximum(-s, 0).sum(0)", "one number is wanted"),
         ("lambda s: np.exp(-s).prod(0).sum()", "balls that do not touch"),
         ("lambda s: (np.minimum(s[0], 0) * np.minimum(s[1], 0)).sum()", "any two may meet"),
+        ("lambda s: np.minimum(np.maximum(-s, 0)[1:], np.maximum(-s, 0)[:-1]).sum()", "the first and the last share"),
         ("lambda s: (s + 1)[:, (s < 0).sum(0) >= 2].mean() if ((s < 0).sum(0) > 1).any() else 0", "pull the balls"),
     ],
     4: [
@@ -94,6 +95,7 @@ WRONG = {
         ("lambda x, r: -(r - x)", "does this rod reach the wall"),
         ("lambda x, r: -max(r - x, 0)", "its middle is outside"),
         ("lambda x, r: -r if x < r else 0", "how deep does the wall lie in the rod"),
+        ("lambda x, r: -(r - abs(x)) if x < r else 0", "it is outside altogether"),
     ],
     9: [
         ("lambda s: ((s < 0).sum(0) >= 2).sum().double()", "it sees no jumps"),
@@ -101,6 +103,7 @@ WRONG = {
         ("lambda s: (-s).sigmoid().prod(0).sum()", "balls that do not touch"),
         ("lambda s: -(-s).clamp(min=0).prod(0).sum()", "does not fall as the balls part"),
         ("lambda s: (s[0].clamp(max=0) * s[1].clamp(max=0)).sum()", "adds nothing"),
+        ("lambda s: torch.minimum((-s).clamp(min=0)[1:], (-s).clamp(min=0)[:-1]).sum()", "in another order"),
     ],
     10: [
         ("solution | {'A': 'Eq. 3 by the letter', 'E': 'Eq. 1 as printed'}", "A: hardly anything is shared"),
@@ -125,11 +128,17 @@ def test_wrong_answers_are_told_what_is_wrong(path, run):
 
 # right answers that are not the solution's formula
 RIGHT = {
+    2: ["'B '"],
     3: [
         "lambda s: np.sort(np.maximum(-s, 0), 0)[-2].sum()",
         "lambda s: (np.maximum(-s, 0)[:, (s < 0).sum(0) >= 2] ** 2).sum()",
         "lambda s: sum((np.maximum(-a, 0) * np.maximum(-b, 0)).sum() for i, a in enumerate(s) for b in s[:i])",
         "lambda s: np.sort(np.maximum(-s, 0), 0)[-2].max()",
+    ],
+    4: [  # the middle of what is dark, from the first such column or row to the last
+        "lambda i: [np.mean([(np.flatnonzero(d).min() + np.flatnonzero(d).max() + 1) / 2 / PIXELS - 0.5 for d in pair])"
+        " for s in [i > 0.5] for pair in ((s[0].any(0), s[2].any(0)), (s[1].any(0), s[2].any(1)[::-1]),"
+        " (s[0].any(1)[::-1], s[1].any(1)[::-1]))]"
     ],
     7: ["lambda n: [(x, y, (2 * x - y) % n) if n % 2 else (x, y, (x - y) % n) for x in range(n) for y in range(n)]"],
     9: [
