@@ -52,8 +52,8 @@ def start_api(folder: Path) -> subprocess.Popen:
 
 
 def slim(folder: Path) -> None:
-    """Put the styles that each of pdoc's pages holds, all the same, into one file beside them, and leave out the link on
-    each line of code, a fifth of all pages."""
+    """Put the styles that each of pdoc's pages holds, all the same, into one file beside them, and leave out the link
+    on each line of code, a fifth of all pages."""
     pages = sorted(folder.rglob("*.html"))
     shared = STYLE.findall(pages[0].read_text(encoding="utf-8"))
     (folder / "style.css").write_text("\n".join(shared), encoding="utf-8")

@@ -24,6 +24,8 @@ from ..util.errors import InputError
 from .inputs import as_bodies
 from .result import Result
 
+AZIMUTHS_DEG, ELEVATIONS_DEG = (0, 90, 0), (0, 0, 90)  # front, side, top
+
 
 @dataclass(frozen=True, repr=False)
 class AssemblyResult(Result):
@@ -77,8 +79,8 @@ def assemble(
     whole: str | Path | Container | Body | None = None,
     *,
     silhouettes: Sequence[str | Path] | np.ndarray | None = None,
-    azimuths_deg: Sequence[float] = (0, 90, 0),
-    elevations_deg: Sequence[float] = (0, 0, 90),
+    azimuths_deg: Sequence[float] | None = None,
+    elevations_deg: Sequence[float] | None = None,
     width: float | None = None,
     seed: int = 0,
     progress: bool = False,
@@ -86,9 +88,10 @@ def assemble(
     """Find where the parts of a broken thing belong; their own poses do not matter.
 
     whole : the whole's mesh, or its file. silhouettes : instead of it, pictures of the whole or their files,
-    `(K, H, H)` in [0, 1], row 0 on top, one for each of the views `azimuths_deg`, `elevations_deg`. width : of their
-    edges, metres. With neither, the pieces alone are matched by the borders of their fractures; the largest one keeps
-    the orientation of its file, and the container is a box about them all.
+    `(K, H, H)` in [0, 1], row 0 on top, one for each of the views `azimuths_deg`, `elevations_deg` (by default 0 90 0
+    and 0 0 90: front, side, top). width : of their edges, metres. With neither, the pieces alone are matched by the
+    borders of their fractures; the largest one keeps the orientation of its file, and the container is a box about them
+    all.
     Raises InputError if both are given, for parts that are not the whole's, and where no two pieces fit each other.
 
     >>> import rasp_core as rasp
@@ -102,6 +105,10 @@ def assemble(
     began = time.monotonic()
     if whole is not None and silhouettes is not None:
         raise InputError("the whole (a mesh) and its silhouettes were both given; give one of them, or neither")
+    if silhouettes is None:
+        for option, value in (("width", width), ("azimuths-deg", azimuths_deg), ("elevations-deg", elevations_deg)):
+            if value is not None:
+                raise InputError(f"--{option} is of silhouettes, and there are none; leave it out")
     if whole is None and silhouettes is None:
         bodies = as_bodies(parts)
         found = assemble_alone(bodies, seed, progress=progress)
@@ -129,11 +136,15 @@ def assemble(
 
 
 def _cameras(
-    count: int, azimuths_deg: Sequence[float], elevations_deg: Sequence[float], width: float | None
+    count: int, azimuths_deg: Sequence[float] | None, elevations_deg: Sequence[float] | None, width: float | None
 ) -> list[Camera]:
-    if width is None or not count == len(azimuths_deg) == len(elevations_deg):
+    azimuths_deg = AZIMUTHS_DEG if azimuths_deg is None else azimuths_deg
+    elevations_deg = ELEVATIONS_DEG if elevations_deg is None else elevations_deg
+    if width is None:
+        raise InputError("silhouettes need the pictures' width in metres; give --width")
+    if not count == len(azimuths_deg) == len(elevations_deg):
         raise InputError(
-            f"silhouettes need --width and as many --azimuths-deg and --elevations-deg, got {len(azimuths_deg)} and "
+            f"silhouettes need as many --azimuths-deg and --elevations-deg, got {len(azimuths_deg)} and "
             f"{len(elevations_deg)} for {count} pictures"
         )
     return [Camera(*angles, width) for angles in zip(azimuths_deg, elevations_deg, strict=True)]

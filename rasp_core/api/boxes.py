@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import shutil
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -22,9 +21,8 @@ from ..packing.pool import check_sizes, fitting
 from ..util.errors import InputError
 from .inputs import as_bodies, as_container
 from .pack import PackingResult, pack, with_zones
-from .run_folder import RECORD, check_writable
+from .run_folder import BOXES, BOXES_TABLE, box_folder, check_writable, forget
 
-SUMMARY, TABLE = "boxes.json", "boxes.csv"
 ONE = (str, Path, Container, FreeBox)  # what names one container
 Counted = tuple[str | Path | Container, int | None]
 PLACEMENT = "spectral"  # what boxes are filled by before a search refills them
@@ -35,13 +33,14 @@ class BoxesResult:
     """Packings of one pool, a box each.
 
     packings : their `chosen` are indices into the whole pool. left : the bodies that are in none. least : as many boxes
-    as volumes alone ask for. seconds : that all took.
+    as volumes alone ask for. seconds : that all took. interrupted : whether Ctrl-C ended the search.
     """
 
     packings: list[PackingResult]
     left: list[Body]
     least: int
     seconds: float
+    interrupted: bool = False
 
     def __len__(self) -> int:
         return len(self.packings)
@@ -109,7 +108,7 @@ class BoxesResult:
             "command": "pack",
             "boxes": [
                 {
-                    "folder": folder_name(number),
+                    "folder": box_folder(number),
                     "container": packed.container.body.name,
                     "extent": np.ptp(packed.container.bounds, axis=0).tolist(),
                     "objects": len(packed.bodies),
@@ -126,6 +125,7 @@ class BoxesResult:
             "left": [body.name for body in self.left],
             "missing": self.missing,
             "seconds": self.seconds,
+            "interrupted": self.interrupted,
         }
 
     def save(self, folder: str | Path, facts: dict | None = None, export: str = "") -> Path:
@@ -135,18 +135,15 @@ class BoxesResult:
         """
         folder = check_writable(folder)
         try:
-            if (folder / SUMMARY).exists():
-                for old in folder.glob(f"{folder_name('*')}/{RECORD}"):
-                    shutil.rmtree(old.parent)
-                (folder / SUMMARY).unlink()
+            forget(folder)
             for number, packed in enumerate(self.packings, 1):
-                packed.save(folder / folder_name(number), facts, export=export)
-            with whole(folder / TABLE) as part, part.open("w", newline="", encoding="utf-8") as file:
+                packed.save(folder / box_folder(number), facts, export=export)
+            with whole(folder / BOXES_TABLE) as part, part.open("w", newline="", encoding="utf-8") as file:
                 writer = csv.writer(file)
                 writer.writerow(["box", "name", "file"])
                 for number, packed in enumerate(self.packings, 1):
                     writer.writerows([number, body.name, body.source] for body in packed.bodies)
-            with whole(folder / SUMMARY) as part:
+            with whole(folder / BOXES) as part:
                 part.write_text(json.dumps(self.to_dict(), indent=1) + "\n", encoding="utf-8")
         except OSError as error:
             raise InputError(f"{folder}: cannot be written ({error.strerror}); name another folder") from error
@@ -206,14 +203,14 @@ def pack_boxes(
         return pack(some, rooms[kind], method, time_limit=seconds, unit=unit, **options)
 
     refuse_ignored(method, {name: value for name, value in options.items() if value is not None}, rooms[0])
-    found = fill_boxes(place, search, bodies, kinds, boxes, time_limit)
+    found, interrupted = fill_boxes(place, search, bodies, kinds, boxes, time_limit)
     packings = []
     for box in found:
         musts = [body.name for body in box.packed.bodies if body.wishes.must]
         packings.append(replace(box.packed, chosen=box.indices, pool=len(bodies), musts=musts))
     packed = {i for box in found for i in box.indices}
     left = [body for i, body in enumerate(bodies) if i not in packed]
-    return BoxesResult(packings, left, least_number(bodies, kinds), time.monotonic() - began)
+    return BoxesResult(packings, left, least_number(bodies, kinds), time.monotonic() - began, interrupted)
 
 
 def _counted(
@@ -226,8 +223,3 @@ def _counted(
         if count is not None and count < 1:
             raise InputError(f"of each kind of box there are 1 or more, or None for as many as are needed, got {count}")
     return [as_container(one) for one, _ in pairs], [count for _, count in pairs]
-
-
-def folder_name(number: int | str) -> str:
-    """Of a box's run."""
-    return f"box_{number}"

@@ -23,7 +23,7 @@ from ..packing.clearance import clearance_of
 from ..packing.separable import check_open, made_separable
 from ..physics import disassembly
 from ..physics.gravity import Settled, settle
-from ..physics.resting import Resting, check_may_rest, made_resting
+from ..physics.resting import Resting, check_may_rest, check_may_turn, made_resting
 from ..problem import Settings
 from ..util.devices import resolve_device
 from ..util.errors import InputError
@@ -87,6 +87,11 @@ class PackingResult(Result):
         """Names of the objects that must go in and did not."""
         return [name for name in self.musts if name not in {body.name for body in self.bodies}]
 
+    @property
+    def interrupted(self) -> bool:
+        """Whether Ctrl-C ended the search."""
+        return self.arrangement.interrupted
+
     @cached_property
     def removal(self) -> disassembly.Removal:
         """In which order the objects can be taken out by straight pulls, and which interlock."""
@@ -103,9 +108,11 @@ class PackingResult(Result):
 
     def settle(self) -> Settled:
         """Where the objects come to rest under gravity, certified again: with the same clearance, if one was asked for,
-        which objects that rest on each other do not keep. Raises InputError where some are fixed."""
+        which objects that rest on each other do not keep. Raises InputError where some are fixed, or only some turns of
+        one are wished."""
         if self.fixed:
             raise InputError("what is fixed does not fall, and nothing settles about it; leave out --settle or --fixed")
+        check_may_turn(self.bodies, "--settle")
         settled, gaps = settle(self.bodies, self.matrices, self.container), self.certificate.gaps
         if gaps is None:
             return settled

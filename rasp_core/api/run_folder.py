@@ -33,6 +33,7 @@ from ..visualize import plots
 from ..visualize.gltf import write_scene
 
 RECORD, PART = "result.json", ".part-"
+BOXES, BOXES_TABLE = "boxes.json", "boxes.csv"  # of a run of several boxes, each in a folder of its own
 PACKAGES = ("torch", "numpy", "numba", "trimesh", "manifold3d", "open3d")
 
 
@@ -65,7 +66,7 @@ def save_run(
     exports: Sequence[str] = (),
     files: Mapping[str, Callable[[Path], object]] | None = None,
 ) -> Path:
-    """Write a run's folder; each file appears whole or not at all.
+    """Write a run's folder; each file appears whole or not at all, and what an earlier run had besides goes.
 
     facts : further entries of result.json. history : `(I, 5)` losses, the arrangement's own where None.
     scenes : further scenes' file names, and the poses `(N, 4, 4)` that the bodies have in them. images : further
@@ -90,8 +91,6 @@ def save_run(
             WRITERS[word](work / f"parts.{word}", _placed_parts(bodies, arrangement.matrices))
         for name, write in (files or {}).items():
             write(work / name)
-        record = {**describe(arrangement, certificate, history), **facts}
-        (work / RECORD).write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
         with (work / "history.csv").open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
             writer.writerow(["iteration", *LOSS_NAMES])
@@ -102,8 +101,11 @@ def save_run(
             (work / name).write_text(text, encoding="utf-8")
         figure = plots.silhouette_figure(arrangement.targets, arrangement.images, arrangement.cameras)
         figure.savefig(work / "silhouettes.png", dpi=100)
+        record = {**describe(arrangement, certificate, history), **facts}
+        record["files"] = sorted(file.name for file in work.iterdir())
+        (work / RECORD).write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
         # result.json goes first and comes last: where it is, all the others are of the same run
-        (folder / RECORD).unlink(missing_ok=True)
+        forget(folder)
         for file in sorted(work.iterdir(), key=lambda file: file.name == RECORD):
             os.replace(file, folder / file.name)
     except OSError as error:
@@ -113,6 +115,36 @@ def save_run(
     finally:
         shutil.rmtree(work, ignore_errors=True)
     return folder
+
+
+def forget(folder: Path) -> None:
+    """Remove what an earlier run left in a folder, by its own record: the record first, then its files, and the
+    folders of its boxes. Other files stay."""
+    boxes = folder / BOXES
+    if boxes.exists():
+        boxes.unlink()
+        (folder / BOXES_TABLE).unlink(missing_ok=True)
+        for old in folder.glob(f"{box_folder('*')}/{RECORD}"):
+            shutil.rmtree(old.parent)
+    if (folder / RECORD).exists():
+        try:
+            files = recorded(folder).get("files", [])
+        except InputError:  # not the kit's, or cut short
+            files = []
+        (folder / RECORD).unlink()
+        for name in files:
+            (folder / Path(name).name).unlink(missing_ok=True)
+
+
+def box_folder(number: int | str) -> str:
+    """The name of a box's run, among several."""
+    return f"box_{number}"
+
+
+def boxes_of(folder: Path) -> list[Path]:
+    """The folders of a run of several boxes, by their numbers."""
+    runs = [record.parent for record in folder.glob(f"{box_folder('*')}/{RECORD}")]
+    return sorted(runs, key=lambda run: (len(run.name), run.name))
 
 
 def recorded(scene: Path) -> dict:

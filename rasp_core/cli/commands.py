@@ -26,6 +26,7 @@ from .checks import (
 )
 from .options import SETTINGS, WEIGHTS, container_of, counted, given_of, method_of, reading_of
 
+INTERRUPTED = "rasp: interrupted; this is the best until then"
 SWEPT = (
     *("time_limit", "effort", "repeat", "fit_objects", "azimuths_deg", "elevations_deg", "viewing_volume"),
     *("iterations", "resolution", *CLEARANCES),
@@ -98,7 +99,10 @@ def pack(options: argparse.Namespace) -> int:
     packed.save(folder, {"object_scale": scale}, settled, options.export)
     within = _box(packed.container, options) if isinstance(container, FreeBox) else ""
     around = f" around {len(packed.fixed)}" if packed.fixed else ""
-    _say(f"{len(packed.chosen)} objects{around}{within}", packed.density, packed.certificate, folder, options.unit)
+    if packed.interrupted:
+        print(INTERRUPTED, file=sys.stderr)
+    what = f"{len(packed.chosen)} of {packed.pool} objects{around}{within}"
+    _say(what, packed.density, packed.certificate, folder, options.unit)
     if packed.missing:
         print(f"rasp: must go in, but found no place: {', '.join(packed.missing)}", file=sys.stderr)
     asked = [one.holds for one in (apart, packed.resting) if one is not None]
@@ -113,6 +117,8 @@ def _pack_boxes(bodies, container, method: str, asked: dict, folder: Path, scale
     found.save(folder, {"object_scale": scale}, options.export)
     for line in found.lines(options.unit):
         print(f"rasp: {line}", file=sys.stderr)
+    if found.interrupted:
+        print(INTERRUPTED, file=sys.stderr)
     print(f"{folder}: {found.headline()}; by volume alone {found.least}")
     return 0 if found.certified and found.separable and found.resting and not found.missing else 1
 
@@ -130,9 +136,7 @@ def assemble(options: argparse.Namespace) -> int:
         load_bodies(options.parts, reading),
         None if options.whole is None else load_body(options.whole, reading),
         silhouettes=options.silhouettes,
-        azimuths_deg=options.azimuths_deg,
-        elevations_deg=options.elevations_deg,
-        **given_of(options, "width"),
+        **given_of(options, "width", "azimuths_deg", "elevations_deg"),
         seed=options.seed,
         progress=True,
     )
@@ -257,7 +261,7 @@ def check(options: argparse.Namespace) -> int:
         import numpy as np
 
         from .. import density
-        from ..api.run_folder import recorded
+        from ..api.run_folder import BOXES, boxes_of, recorded
         from ..exact.certificate import certify
         from ..packing.clearance import asked_of, clearance_of
         from ..packing.separable import proven_again
@@ -265,6 +269,8 @@ def check(options: argparse.Namespace) -> int:
         from ..visualize import gltf
 
     check_clearances(options)
+    if (options.scene / BOXES).exists():
+        return max(check(argparse.Namespace(**vars(options) | {"scene": box})) for box in boxes_of(options.scene))
     bodies, container = gltf.read_scene(options.scene)
     stay = np.tile(np.eye(4), (len(bodies), 1, 1))
     given = given_of(options, *CLEARANCES)
@@ -276,7 +282,8 @@ def check(options: argparse.Namespace) -> int:
     apart = proven_again(bodies, stay, container, record, options.separable)
     told = _removal(disassembly.remove_all(bodies, stay)) if apart is None else apart.summary()
     print(f"rasp: {told}", file=sys.stderr)
-    _say(f"{len(bodies)} objects", density.mesh_density(bodies, container), certificate, options.scene, options.unit)
+    what, filled = f"{len(bodies)} object{'s' * (len(bodies) != 1)}", density.mesh_density(bodies, container)
+    _say(what, filled, certificate, options.scene, options.unit)
     return 0 if certificate.holds and (apart is None or apart.holds) else 1
 
 
@@ -306,6 +313,9 @@ def _say(what: str, density: float, certificate, where: Path, unit: str) -> None
 
 
 def _removal(removed) -> str:
+    from ..physics import disassembly
+
     if not removed.stuck:
         return "all objects can be taken out one by one by straight pulls"
-    return f"{len(removed.stuck)} objects interlock, no straight pull takes them out: {', '.join(removed.stuck)}"
+    pulls = f"none of {disassembly.PULLS} straight pulls takes them out"
+    return f"{len(removed.stuck)} objects interlock, {pulls}: {', '.join(removed.stuck)}"

@@ -135,7 +135,7 @@ def box(size: Sequence[float]) -> Container:
     """A box of edges `size` (3 lengths in metres) about the origin. Raises InputError where one is not positive."""
     edges = np.asarray(size, np.float64)
     if edges.shape != (3,) or not np.isfinite(edges).all() or (edges <= 0).any():
-        raise InputError(f"a box needs three positive edges in metres, got {', '.join(map(str, size))}")
+        raise InputError(f"a box needs three positive edges, got {', '.join(f'{edge:g}' for edge in size)} m")
     mesh = trimesh.creation.box(edges)
     return Container(make_body("container", mesh.vertices, mesh.faces), edges)
 
@@ -203,8 +203,8 @@ def parse(text: str, reading: Reading = METRES, folder: str | Path = ".") -> Con
         edges = [float(word) for word in text[4:].split(",")]
     except ValueError:
         edges = []
-    if len(edges) != 3:
-        raise InputError(f"container {text!r} is not a box; write box:0.32,0.32,0.30 (three edges in metres)")
+    if len(edges) != 3 or not all(np.isfinite(edge) and edge > 0 for edge in edges):
+        raise InputError(f"container {text!r} is not a box; write three positive edges, as in box:0.32,0.32,0.30")
     return box([edge * reading.metres for edge in edges])
 
 

@@ -42,6 +42,10 @@ OUTSIDE = 4  # radii of space about a solid, of which its surface bounds the ins
 _FORMAT = 1  # change it when what is cached changes
 
 
+class TooNarrow(InputError):
+    """Nothing of a container is so far from its wall."""
+
+
 def ball(radius: float) -> manifold3d.Manifold:
     """A convex polyhedron of 26 faces at `radius` from the origin, across the axes and all diagonals of a cube."""
     corner = np.array([1, np.sqrt(2) - 1, np.sqrt(3) - np.sqrt(2)])
@@ -72,16 +76,16 @@ def grown(body: Body, radius: float) -> Body:
 
 def shrunk(container: Container, margin: float) -> Container:
     """The places of a container that lie `margin` metres or more from its wall, views kept; a box may also grow, by a
-    negative margin. Its `whole` is `container`. Raises InputError if nothing is left.
+    negative margin. Its `whole` is `container`. Raises TooNarrow if nothing is left.
     """
     if container.zones:
         larger = [grown(zone, margin) if margin > 0 else zone for zone in container.zones]
         return without(shrunk(container.base, margin), larger, whole=container)
-    nothing = f"nothing of the container is {margin:.3g} m from its wall; ask for less wall clearance"
+    nothing = TooNarrow(f"nothing of the container is {margin:.3g} m from its wall; ask for less wall clearance")
     if container.size is not None:
         size = container.size - 2 * margin
         if (size <= 0).any():
-            raise InputError(nothing)
+            raise nothing
         return Container(box(size).body, size, container.directions, container)
     if margin <= 0:
         return container
@@ -93,12 +97,12 @@ def shrunk(container: Container, margin: float) -> Container:
     else:
         grid = _distances(body, margin)
         if grid.values.min() >= -margin:
-            raise InputError(nothing)
+            raise nothing
         inside = _until_kept(
             margin, lambda reach: wall ^ _within(grid, -reach, GRID_SIMPLER_BY * margin), outside.min_gap
         )
     if inside.volume() <= 0:
-        raise InputError(nothing)
+        raise nothing
     mesh = inside.translate(body.centre).to_mesh64()
     left = make_body(body.name, np.asarray(mesh.vert_properties)[:, :3], np.asarray(mesh.tri_verts))
     return Container(left, None, container.directions, container)

@@ -126,7 +126,7 @@ def load_bodies(sources: Iterable[str | Path], reading: Reading = METRES, progre
             found = sorted(
                 path
                 for path in source.iterdir()
-                if path.suffix.lower() in MESH_SUFFIXES and not path.name.startswith(".")
+                if path.suffix.lower() in MESH_SUFFIXES and not path.name.startswith(".") and not path.is_dir()
             )
             if not found:
                 raise InputError(f"{source}: no mesh files in this folder; use {' '.join(MESH_SUFFIXES)}")

@@ -60,7 +60,7 @@ def wrap(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarra
     corners = np.asarray(data.vert_properties)[:, :3].astype(np.float64)
     triangles = np.asarray(data.tri_verts, np.int64)
     stray = max(
-        cKDTree(corners).query(samples)[0].max(),
+        float(o3d.caster([(corners, triangles)]).compute_distance(samples.astype(np.float32)).numpy().max()),
         float(caster.compute_distance(corners.astype(np.float32)).numpy().max()),
     )
     sheet = f", {plates:.0%} of it as plates {2 * PLATE_CELLS * cell:.2g} thick" if plates > 0.001 else ""

@@ -24,7 +24,9 @@ def read(path: str | Path) -> bytes:
     path = Path(path)
     try:
         if not path.is_file():  # a folder, or a device that never ends
-            raise MeshError(f"{path}: no such file; check the path")
+            raise MeshError(
+                f"{path}: {'a folder, and no mesh file' if path.is_dir() else 'no such file'}; check the path"
+            )
         size = path.stat().st_size
         if size > MAX_BYTES:
             raise MeshError(f"{path}: has {size >> 20} MiB, more than {MAX_BYTES >> 20}; simplify the mesh")

@@ -17,7 +17,8 @@ import torch
 
 from ..exact.certificate import certify
 from ..geometry.containers import Container, FreeBox, box
-from ..geometry.growing import grown, shrunk
+from ..geometry.growing import TooNarrow, grown, shrunk
+from ..geometry.loading import UNITS
 from ..geometry.meshes import Body
 from ..geometry.zones import without
 from ..poses import from_matrices, join
@@ -40,20 +41,26 @@ def pack_apart(
     device: str | torch.device = "cpu",
     time_limit: float | None = None,
     progress: bool = False,
+    unit: str = "m",
 ) -> Packing:
     """What `search` packs of grown bodies in the shrunk container, as a packing of the bodies in the container.
 
     search : called with bodies, a container and the `time_limit` in seconds that growing left. clearance : of the
     bodies and then the fixed ones, None if nothing is asked. fixed : bodies that lie in the container already; what
     they cover, grown too, is no place for the others. They are the last of the packing's bodies and of its pool.
-    The certificate says what the gaps are. Raises InputError as `search` does, if fixed bodies overlap or stick out,
-    and if nothing of the container is as far from its wall as is asked.
+    The certificate says what the gaps are. unit : of `loading.UNITS`, that errors are written in. Raises InputError as
+    `search` does, if fixed bodies overlap or stick out, and if nothing of the container is as far from its wall as is
+    asked.
     """
     _check_fixed(fixed, container)
     asked = Clearance(np.zeros(len(bodies) + len(fixed)), 0.0) if clearance is None else clearance
     began, growth = time.monotonic(), asked.growth
     margin = asked.wall - float(growth.min(initial=np.inf))
-    room = _shrunk_box(container, margin) if isinstance(container, FreeBox) else shrunk(container, margin)
+    try:
+        room = _shrunk_box(container, margin) if isinstance(container, FreeBox) else shrunk(container, margin)
+    except TooNarrow:
+        kept = f"{asked.wall / UNITS[unit]:.3g} {unit}"
+        raise InputError(f"nothing of the container is {kept} from its wall; ask for less clearance") from None
     pool = [*bodies, *fixed]
     large = _grown(pool, growth, progress)
     if fixed:
@@ -106,5 +113,5 @@ def _grown(bodies: Sequence[Body], growth: np.ndarray, progress: bool) -> list[B
 def _shrunk_box(shape: FreeBox, margin: float) -> FreeBox:
     edges = tuple(None if edge is None else edge - 2 * margin for edge in shape.edges)
     if any(edge is not None and edge <= 0 for edge in edges):
-        raise InputError(f"nothing between the fixed edges is {margin:.3g} m from the wall; ask for less clearance")
+        raise TooNarrow(f"nothing between the fixed edges is {margin:.3g} m from the wall")
     return FreeBox(edges, shape.cube, margin)

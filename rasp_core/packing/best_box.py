@@ -15,12 +15,15 @@ from .enclosing_box import enclosing_box
 
 
 class BestBox:
-    """container, poses : the box, and where all bodies lie in it; None before the first. told : is called with the
-    box's edges `(3,)`, metres, and the density whenever it is a smaller one."""
+    """volume, taken : cubic metres, of all bodies, and of these as they are grown. container, poses : the box, and
+    where all bodies lie in it; None before the first. told : is called with the box's edges `(3,)`, metres, and the
+    density whenever it is a smaller one."""
 
     def __init__(self, bodies: Sequence[Body], shape: FreeBox, told: Callable[[np.ndarray, float], None]) -> None:
         self.bodies, self.shape, self.told = bodies, shape, told
         self.volume = float(np.sum([body.volume for body in bodies]))
+        # what they take, which is more where they are grown
+        self.taken = float(np.sum([b.volume if b.core is None else b.manifold.volume() for b in bodies]))
         self.container: Container | None = None
         self.poses: Poses | None = None
 

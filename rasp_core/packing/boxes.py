@@ -25,10 +25,11 @@ GAINED = 1e-9  # of a box's volume: less is no gain
 
 
 class Packed(Protocol):
-    """What a search returns: indices into the pool offered, and what proves it."""
+    """What a search returns: indices into the pool offered, what proves it, and whether Ctrl-C ended it."""
 
     chosen: list[int]
     certificate: Certificate
+    interrupted: bool
 
 
 Place = Callable[[Sequence[Body], int], Packed]
@@ -72,8 +73,9 @@ def fill_boxes(
     kinds: Sequence[Kind],
     most: int | None = None,
     time_limit: float | None = None,
-) -> list[Box]:
-    """The boxes, each with the indices of its objects among `bodies`, in their order there.
+) -> tuple[list[Box], bool]:
+    """The boxes, each with the indices of its objects among `bodies`, in their order there; and whether Ctrl-C ended
+    the search, before which there was a box at least.
 
     place, search : called with bodies and the number of the box's kind, search also with seconds, None without a
     `time_limit` for all; both raise InputError where nothing goes in. kinds : in the order in which they are filled.
@@ -82,8 +84,11 @@ def fill_boxes(
     """
     filling = _Filling(place, search, list(bodies), kinds, time_limit)
     filling.fill(most)
-    filling.refill()
-    return filling.boxes
+    try:
+        filling.refill()
+    except KeyboardInterrupt:
+        filling.interrupted = True
+    return filling.boxes, filling.interrupted
 
 
 class _Filling:
@@ -104,13 +109,14 @@ class _Filling:
         self.least = least_number(bodies, kinds)
         self.ends = None if time_limit is None else time.monotonic() + time_limit
         self.boxes: list[Box] = []
+        self.interrupted = False
 
     def fill(self, most: int | None) -> None:
         """Box after box, until nothing is left, nothing goes in, or they are as many as are allowed."""
         refused: InputError | None = None
         for number, kind in enumerate(self.kinds):
             for _ in itertools.count() if kind.count is None else range(kind.count):
-                if (self.boxes and not self.left) or len(self.boxes) == most:
+                if (self.boxes and not self.left) or len(self.boxes) == most or self.interrupted:
                     return
                 try:
                     box = self._packed(self.left, number, self.place)
@@ -130,7 +136,7 @@ class _Filling:
     def refill(self) -> None:
         """Offer each box what is over, one after the other, until all have been offered it in vain."""
         number, in_vain = 0, 0
-        while in_vain < self._others and (self.left or len(self.boxes) > self.least):
+        while not self.interrupted and in_vain < self._others and (self.left or len(self.boxes) > self.least):
             seconds = None
             if self.ends is not None:
                 if (seconds := self.ends - time.monotonic()) < LEAST_SECONDS:
@@ -171,4 +177,5 @@ class _Filling:
         if not offered:
             raise InputError("not one of the objects is small enough for the container; enlarge it")
         found = search([self.bodies[i] for i in offered], kind)
+        self.interrupted |= found.interrupted
         return Box(found, [offered[i] for i in found.chosen], kind)

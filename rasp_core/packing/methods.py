@@ -120,7 +120,7 @@ def search(
         given.pop("time_limit")
         options = {"settings": settings, "device": device, "progress": progress, "watch": watch, "unit": unit}
         alone = partial(search, method, **options, **given)
-        return pack_apart(alone, bodies, container, apart, fixed, device, time_limit, progress)
+        return pack_apart(alone, bodies, container, apart, fixed, device, time_limit, progress, unit)
     if isinstance(container, FreeBox):
         return minimal_box.pack(
             bodies,

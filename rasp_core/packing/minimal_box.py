@@ -129,10 +129,10 @@ class _Search:
 
     def place(self) -> None:
         """The first box, by a baseline."""
-        first = self.shape.sized(self.best.volume / TUNING.first_density)
+        first = self.shape.sized(self.best.taken / TUNING.first_density)
         self.placement = Placement(self.bodies, box(first), self.settings.seed, self.rule or "spectral", straight=True)
         if self.placement.coarse:  # cubes may leave nothing between them, and growing costs little
-            self.placement.enter(box(self.shape.sized(self.best.volume)))
+            self.placement.enter(box(self.shape.sized(self.best.taken)))
         self._place_in_growing_box(None)
 
     def place_again(self) -> None:
@@ -177,7 +177,7 @@ class _Search:
 
         voxel = self.placement.room.voxel
         if not self.placement.coarse:
-            likely = float(self.best.volume / TUNING.likely_density) ** (1 / 3)
+            likely = float(self.best.taken / TUNING.likely_density) ** (1 / 3)
             voxel = choose_size(self.bodies, self.shape, TUNING.voxel_of_likely_edge * likely)
         return VoxelDescent(self.best, voxel, self.settings.seed)
 
@@ -211,7 +211,7 @@ class _Search:
     @property
     def full(self) -> bool:
         """Nothing is left to gain."""
-        return self.best.least <= self.best.volume * (1 + TUNING.negligible_of_volume)
+        return self.best.least <= self.best.taken * (1 + TUNING.negligible_of_volume)
 
     def _note(self, edges: np.ndarray, density: float) -> None:
         self.rounds.append({"tries": self.budget.tries, "box": edges.tolist(), "density": density})

@@ -70,7 +70,7 @@ def check_sizes(bodies: Sequence[Body], container: Container, unit: str = "m") -
 
 def fitting(bodies: Sequence[Body], container: Container) -> set[int]:
     """Indices of the bodies that are not surely too large for the container by what `check_sizes` looks at."""
-    diameter, ball = _diameter(container.body), _inscribed_radius(container.body)
+    diameter, ball = _diameter(container.body), _largest_ball(container)
     known = {body.digest: body for body in bodies}
     fits = {digest for digest, body in known.items() if not _too_large(body, container, diameter, ball)}
     return {i for i, body in enumerate(bodies) if body.digest in fits}
@@ -128,6 +128,14 @@ def _diameter(body: Body) -> float:
     """Largest distance in metres between two points of the body."""
     corners = body.hull_corners
     return max(float(np.linalg.norm(corners - corner, axis=1).max()) for corner in corners)
+
+
+def _largest_ball(container: Container) -> float:
+    """Radius in metres that no ball in the container exceeds."""
+    if container.size is not None:
+        return float(container.size.min()) / 2
+    grid = bake_cached(container.body)
+    return float(-grid.values.min()) + 3**0.5 / 2 * grid.spacing  # the deepest point lies so near to one of the grid
 
 
 def _inscribed_radius(body: Body) -> float:

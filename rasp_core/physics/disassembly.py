@@ -5,18 +5,24 @@ The container is opened on all sides, so that this is a question to the objects 
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from ..exact.certificate import TOLERANCE
+from ..exact.placing import placed_solid
 from ..geometry.meshes import Body
 from ..util import o3d
 from ..util.errors import InputError
 
 PULLS = 64  # directions, on both ends of half as many lines
 RAYS = 192  # along each edge of the square of rays in every direction
+THINNEST = 1e-5  # of the radius of all: what lies behind another by less does not, by rays in single precision
 GRAZING_RAYS = 2  # rays that may meet a body in the way by chance, at an edge
+
+Surface = tuple[np.ndarray, np.ndarray]  # vertices (V, 3) in the world, faces (F, 3)
 
 
 @dataclass(frozen=True)
@@ -42,32 +48,59 @@ def remove_all(
     bodies placed by `matrices` `(N, 4, 4)` (file coordinates to the world). pulls `(D, 3)`, unit vectors; None: the
     axes and directions spread over the sphere. A body is free if parallel rays in the direction of the pull, `rays`
     along each edge of a square over all bodies, meet no other body behind it. Which bodies are stuck does not depend on
-    the order, as taking one out blocks none. Raises InputError for fewer than 2 rays.
+    the order, as taking one out blocks none. What two share within the certificate's tolerance is in nobody's way:
+    those that seem stuck are looked at again without it. Raises InputError for fewer than 2 rays.
     """
     if rays < 2:
         raise InputError(f"at least 2 rays along an edge are needed, got {rays}")
     pulls = spread_pulls() if pulls is None else np.asarray(pulls, np.float64)
-    blocks = np.zeros((len(pulls), len(bodies), len(bodies)), bool)
-    if len(bodies) > 1:  # one alone is free; no rays, and no open3d to cast them
-        scene, points = _scene(bodies, matrices)
+    surfaces = [(body.placed(matrix), body.solid_faces) for body, matrix in zip(bodies, matrices, strict=True)]
+    order, stuck = _taken(surfaces, pulls, rays)
+    if stuck and (apart := _without_what_they_share([bodies[i] for i in stuck], np.asarray(matrices)[stuck])):
+        more, rest = _taken(apart, pulls, rays)
+        order, stuck = order + [(stuck[i], k) for i, k in more], [stuck[i] for i in rest]
+    return Removal([(bodies[i].name, pulls[k].tolist()) for i, k in order], [bodies[i].name for i in stuck])
+
+
+def _taken(surfaces: Sequence[Surface], pulls: np.ndarray, rays: int) -> tuple[list[tuple[int, int]], list[int]]:
+    """Which bodies can be taken out, each with the number of its pull, in their order; and which cannot."""
+    count = len(surfaces)
+    blocks = np.zeros((len(pulls), count, count), bool)
+    if count > 1:  # one alone is free; no rays, and no open3d to cast them
+        scene, points = _scene(surfaces)
         lines: dict[tuple, np.ndarray] = {}
         for k, pull in enumerate(pulls):
             opposite = tuple(np.round(-pull, 9) + 0.0)
             if opposite in lines:
                 blocks[k] = lines[opposite].T
             else:
-                blocks[k] = lines[tuple(np.round(pull, 9) + 0.0)] = _behind(scene, points, pull, len(bodies), rays)
-    left, order = np.ones(len(bodies), bool), []
+                blocks[k] = lines[tuple(np.round(pull, 9) + 0.0)] = _behind(scene, points, pull, count, rays)
+    left, order = np.ones(count, bool), []
     in_the_way = blocks.sum(2)  # of those that are left
     while left.any():
         free = left & (in_the_way == 0)
         if not free.any():
             break
         pull, index = np.argwhere(free)[0]
-        order.append((bodies[index].name, pulls[pull].tolist()))
+        order.append((int(index), int(pull)))
         left[index] = False
         in_the_way -= blocks[:, :, index]
-    return Removal(order, [bodies[i].name for i in np.flatnonzero(left)])
+    return order, np.flatnonzero(left).tolist()
+
+
+def _without_what_they_share(bodies: Sequence[Body], matrices: np.ndarray) -> list[Surface]:
+    """The placed solids, the first of two without what it shares with the second where that is tolerated; none if
+    nothing is shared."""
+    solids = [placed_solid(body, matrix) for body, matrix in zip(bodies, matrices, strict=True)]
+    bounds = np.array([solid.bounding_box() for solid in solids]).reshape(-1, 2, 3)
+    changed = False
+    for i, j in itertools.combinations(range(len(solids)), 2):
+        if (bounds[i, 0] < bounds[j, 1]).all() and (bounds[j, 0] < bounds[i, 1]).all():
+            shared = (solids[i] ^ solids[j]).volume()
+            if 0 < shared <= TOLERANCE * min(bodies[i].volume, bodies[j].volume):
+                solids[i], changed = solids[i] - solids[j], True
+    meshes = [solid.to_mesh64() for solid in solids] if changed else []
+    return [(np.asarray(m.vert_properties, np.float64)[:, :3], np.asarray(m.tri_verts, np.int64)) for m in meshes]
 
 
 def spread_pulls(count: int = PULLS) -> np.ndarray:
@@ -78,13 +111,11 @@ def spread_pulls(count: int = PULLS) -> np.ndarray:
     return np.concatenate([[line, -line] for line in np.concatenate([np.eye(3)[::-1], lattice])])
 
 
-def _scene(bodies: Sequence[Body], matrices: np.ndarray):
+def _scene(surfaces: Sequence[Surface]):
     """The bodies for ray casting, moved so that they lie about the origin, and all their vertices `(P, 3)`."""
-    placed = [body.placed(matrix) for body, matrix in zip(bodies, matrices, strict=True)]
-    points = np.concatenate(placed)
+    points = np.concatenate([vertices for vertices, _ in surfaces])
     middle = (points.min(0) + points.max(0)) / 2
-    surfaces = ((vertices - middle, body.solid_faces) for body, vertices in zip(bodies, placed, strict=True))
-    return o3d.caster(surfaces), points - middle
+    return o3d.caster((vertices - middle, faces) for vertices, faces in surfaces), points - middle
 
 
 def _behind(scene, points: np.ndarray, pull: np.ndarray, count: int, rays: int) -> np.ndarray:
@@ -107,6 +138,6 @@ def _behind(scene, points: np.ndarray, pull: np.ndarray, count: int, rays: int) 
     for step in range(1, int(np.unique(ray, return_counts=True)[1].max(initial=1))):
         same = ray[:-step] == ray[step:]  # all pairs on one ray are some steps apart
         i, j = np.flatnonzero(same), np.flatnonzero(same) + step
-        np.add.at(seen, (body[i], body[j]), first[i] < last[j])
-        np.add.at(seen, (body[j], body[i]), first[j] < last[i])
+        np.add.at(seen, (body[i], body[j]), first[i] < last[j] - THINNEST * reach)
+        np.add.at(seen, (body[j], body[i]), first[j] < last[i] - THINNEST * reach)
     return seen >= GRAZING_RAYS

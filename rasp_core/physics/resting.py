@@ -68,15 +68,20 @@ def check_may_rest(
         raise InputError("gravity needs a container that is given, and a box is to be found; name its edges")
     if any(body.wishes.fixed for body in pool):
         raise InputError("what is fixed does not fall; leave out fixed, or gravity")
-    turned = [body for body in pool if body.wishes.turns is not None]
-    if turned:
-        raise InputError(
-            f"{turned[0].name}: turns {turned[0].wishes.turns.word} are not kept by what falls; leave out gravity"
-        )
+    check_may_turn(pool, "gravity")
     if clearance or wall_clearance or any(body.wishes.clearance for body in pool):
         raise InputError("what comes to rest touches; leave out the clearance, or gravity")
     if separable:
         raise InputError("separable and gravity each move what the other has placed; ask for one of them")
+
+
+def check_may_turn(pool: Sequence[Body], asked: str) -> None:
+    """Raise InputError naming a body of which only some turns are wished; asked : what would turn it."""
+    for body in pool:
+        if body.wishes.turns is not None:
+            raise InputError(
+                f"{body.name}: turns {body.wishes.turns.word} are not kept by what falls; leave out {asked}"
+            )
 
 
 def made_resting(

@@ -80,7 +80,7 @@ def before_wall(arrangement: Arrangement, view: int, size: int = 520, raised_deg
     """The heap, the lamp of one of its views alone, and that view's wall, from above the lamp."""
     run, camera = arrangement, arrangement.cameras[view]
     hues = colours(len(run.problem.bodies))
-    near, far = (wall(camera, away, (-0.52, 0.52), (-0.56, 0.52)).vertices for away in (-0.4, AWAY))
+    near, far = (wall(camera, away, (-0.52, 0.52), (-0.56, 0.52)).vertices for away in (-0.2, AWAY))
     frame = np.concatenate([near[:2], far])
     surfaces = [*whole(run.problem.bodies, run.matrices, hues), wall(camera, AWAY, (-9, 9), (-9, 9))]
     look = {"azimuth_deg": camera.azimuth_deg, "elevation_deg": camera.elevation_deg + raised_deg}

@@ -46,3 +46,8 @@ def test_mesh_and_silhouettes_together_are_refused(broken):
         rasp.assemble(shards, vessel, silhouettes=["a.png"])
     with pytest.raises(InputError, match="for 2 pictures"):
         rasp.assemble(shards, silhouettes=np.ones((2, 8, 8)), width=1.0)
+    with pytest.raises(InputError, match="width in metres; give --width"):
+        rasp.assemble(shards, silhouettes=np.ones((3, 8, 8)))
+    for ignored in ({"width": 1.0}, {"azimuths_deg": [0]}, {"elevations_deg": [0]}):
+        with pytest.raises(InputError, match="is of silhouettes, and there are none"):
+            rasp.assemble(shards, vessel, **ignored)

@@ -8,6 +8,7 @@ import pytest
 
 import rasp_core as rasp
 from data_fetch import kitchen_like
+from rasp_core.api.run_folder import boxes_of
 from rasp_core.exact.certificate import certify
 from rasp_core.geometry.items import Item
 from rasp_core.util.errors import InputError
@@ -57,6 +58,11 @@ def test_each_box_is_a_run_and_the_summary_names_them(found, tmp_path):
         assert names == [row["name"] for row in rows if row["box"] == str(number)] == [b.name for b in packed.bodies]
         assert record["note"] == "kept"
         assert (folder / f"box_{number}" / "parts.3mf").exists()
+    assert [run.name for run in boxes_of(folder)] == [f"box_{k + 1}" for k in range(len(found))]
+    found[0].save(folder)
+    assert not {"boxes.json", "boxes.csv", "box_1"} & {path.name for path in folder.iterdir()}, "one box now"
+    found.save(folder)
+    assert not (folder / "scene.glb").exists()
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="cannot be written"):
         found.save(tmp_path / "file")

@@ -76,6 +76,12 @@ def test_a_recording_with_fixed_objects_is_refused():
         rasp.pack([first], BOX, fixed=[second], record=True)
 
 
+def test_what_may_not_be_turned_does_not_settle():
+    packed = rasp.pack([rasp.Item(kitchen_like(1)[0], turns="z")], BOX, method="spectral")
+    with pytest.raises(InputError, match="turns z are not kept by what falls; leave out --settle"):
+        packed.settle()
+
+
 def test_what_rests_on_others_is_not_said_to_keep_its_clearance():
     apart = rasp.pack(kitchen_like(2), BOX, method="spectral", clearance=0.02)
     assert apart.certificate.holds

@@ -101,3 +101,17 @@ def test_a_path_that_no_one_may_write_is_named(tmp_path, monkeypatch):
     monkeypatch.setattr(run_folder.tempfile, "TemporaryFile", denied)
     with pytest.raises(InputError, match="Permission denied"):
         run_folder.check_writable(tmp_path / "out")
+
+
+def test_what_an_earlier_run_had_besides_goes_and_other_files_stay(run, tmp_path):
+    poses = run[0].matrices
+    run_folder.save_run(tmp_path, *run, {}, scenes={"settled.glb": poses}, pages={"load.html": "a"}, exports=["stl"])
+    (tmp_path / "mine.txt").write_text("mine")
+    record = json.loads((tmp_path / "result.json").read_text())
+    assert {"scene.glb", "settled.glb", "load.html", "parts.stl"} <= set(record["files"])
+    run_folder.save_run(tmp_path, *run, {}, pages={"run.html": "b"})
+    left = {path.name for path in tmp_path.iterdir()}
+    assert left == {"scene.glb", "history.csv", "silhouettes.png", "result.json", "run.html", "mine.txt"}
+    (tmp_path / "result.json").write_text("{")  # cut short
+    run_folder.save_run(tmp_path, *run, {})
+    assert (tmp_path / "run.html").exists(), "whose it is, nobody knows"

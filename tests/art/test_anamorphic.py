@@ -166,3 +166,11 @@ def test_what_overlaps_is_separated_or_taken_out(apart, left):
     bodies = unique_names([covering.pool[i] for i in covering.chosen])
     matrices = file_to_world(bodies, covering.poses.rotation, covering.poses.translation)
     assert certify(bodies, matrices, box([1.0] * 3)).holds
+
+
+def test_few_painted_objects_may_make_a_small_picture():
+    """Painted pictures are wide, so that small objects can hide what is disputed; few objects do not cover these."""
+    disc = np.hypot(*(np.mgrid[:64, :64] - 31.5)) < 24
+    colours = np.where(disc[..., None], np.array([0.2, 0.4, 0.8]), 1.0)
+    found = anamorphic.sculpt(kitchen_like(6), np.stack([disc, disc]), SIDES, count=20, colours=np.stack([colours] * 2))
+    assert found.likeness.min() > 0.85

@@ -53,7 +53,7 @@ def test_the_smallest_box_is_found_judged_and_told_in_the_unit(cans, tmp_path, c
     assert record["method"] == "dense"
     assert record["container"]["box"][:2] == pytest.approx([0.0015, 0.0015])
     height = 100 * record["container"]["box"][2]
-    assert f": 4 objects in a box of 0.15 x 0.15 x {height:.4g} cm, density" in printed
+    assert f": 4 of 4 objects in a box of 0.15 x 0.15 x {height:.4g} cm, density" in printed
     assert len(record["objects"]) == 4
     assert main(["check", str(out)]) == 0
 
@@ -231,7 +231,7 @@ def test_one_goes_on_with_a_run_beside_a_zone(cans, tmp_path, capsys):
     capsys.readouterr()
     assert main(["pack", str(cans), *room, *clear, "--fixed", str(first), "--out", str(again)]) == 0
     count = len(list(cans.iterdir()))
-    assert f"{again}: {count} objects around 1, density" in capsys.readouterr().out
+    assert f"{again}: {count} of {count} objects around 1, density" in capsys.readouterr().out
     record = json.loads((again / "result.json").read_text())
     assert [entry["name"] for entry in record["objects"] if entry.get("fixed")] == ["can0"]
     assert main(["check", str(again), "--unit", "mm"]) == 0, "the scene alone says the same"
@@ -254,6 +254,8 @@ def test_several_boxes_are_packed_and_told(cans, tmp_path, capsys):
     assert f"{out}: {count} of {count} objects in {len(boxes)} box" in printed.out
     assert "rasp: box 1: " in printed.err
     assert sum(box["objects"] for box in boxes) == count
+    assert main(["check", str(out)]) == 0
+    assert capsys.readouterr().out.count("certified") == len(boxes)
     table = tmp_path / "parts.csv"
     table.write_text("file,count,must\ncans/can0.stl,30,yes\n")
     assert main(["pack", "--parts", str(table), *room, "--boxes", "1", "--out", str(out)]) == 1

@@ -112,6 +112,18 @@ def test_ctrl_c_before_anything_is_there_writes_nothing(monkeypatch, tmp_path, c
     assert "nothing was written" in capsys.readouterr().err
 
 
+def test_ctrl_c_later_keeps_the_best_and_says_so(cans, monkeypatch, tmp_path, capsys):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("rasp_core.packing.dense._Search.grow", interrupted)
+    pack = ["pack", str(cans), "--container", "box:0.1,0.1,0.1", "--repeat", "12", "--method", "dense", "--effort", "3"]
+    assert main([*pack, "--out", str(tmp_path / "one")]) == 0
+    assert "rasp: interrupted; this is the best until then" in capsys.readouterr().err
+    assert main([*pack, "--boxes", "auto", "--out", str(tmp_path / "boxes")]) == 0
+    assert "rasp: interrupted; this is the best until then" in capsys.readouterr().err
+
+
 def test_letters_typed_where_the_locale_is_not_utf_8_are_letters(monkeypatch):
     """Python hands them on as escaped bytes there: the two of an umlaut had counted as two letters."""
     got = []

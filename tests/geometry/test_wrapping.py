@@ -1,5 +1,7 @@
 """Wrapped surfaces against the solids that they were cut from."""
 
+import re
+
 import numpy as np
 import pytest
 import trimesh
@@ -33,6 +35,7 @@ def test_a_sheet_becomes_a_plate_and_inward_faces_do_not_matter():
     assert is_closed(closed)
     assert 1 / CELLS < made.volume < 5 / CELLS
     assert "100% of it as plates" in note
+    assert float(re.search(r"strays ([\d.e-]+) from", note)[1]) < 3 / CELLS, "no corner of the plate is near its middle"
     ball = trimesh.creation.icosphere(subdivisions=2)
     vertices, closed, _ = wrap(np.asarray(ball.vertices), np.asarray(ball.faces)[1:, ::-1])
     assert trimesh.Trimesh(vertices, closed, process=False).volume == pytest.approx(ball.volume, rel=0.03)

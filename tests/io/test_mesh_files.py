@@ -196,9 +196,11 @@ def test_files_and_bodies_that_are_too_large(tmp_path, monkeypatch):
 
 def test_what_is_no_file(tmp_path):
     (tmp_path / "endless.stl").symlink_to("/dev/zero")
-    for name in ("endless.stl", "gone.stl", "a\0b.stl", ""):
+    for name in ("endless.stl", "gone.stl", "a\0b.stl"):
         with pytest.raises(MeshError, match="no such file"):
             mesh_files.read(tmp_path / name)
+    with pytest.raises(MeshError, match="a folder, and no mesh file"):
+        mesh_files.read(tmp_path)
 
 
 def test_a_file_that_may_not_be_read(tmp_path, monkeypatch):

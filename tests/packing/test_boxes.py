@@ -27,6 +27,7 @@ class Certificate:
 class Found:
     chosen: list[int]
     certificate: Certificate
+    interrupted: bool = False
 
 
 def in_turn(bodies, kind=0, seconds=None, order=None, volumes=(1.0,)):
@@ -46,7 +47,7 @@ def by_size(bodies, kind=0, seconds=None):
 
 
 def filled(bodies, search=in_turn, **options):
-    found = fill_boxes(in_turn, search, bodies, [Kind(1.0)], **options)
+    found, _ = fill_boxes(in_turn, search, bodies, [Kind(1.0)], **options)
     assert all(len(box.packed.chosen) == len(box.indices) for box in found)
     return [sorted(box.indices) for box in found]
 
@@ -100,6 +101,24 @@ def test_what_does_not_hold_is_not_kept():
     assert filled(cubes(0.3, 0.3, 0.7, 0.7), broken) == [[0, 1], [2], [3]]
 
 
+@pytest.mark.parametrize("raises", [False, True])
+def test_ctrl_c_ends_the_search_and_the_boxes_are_kept(raises):
+    """A search returns its best where Ctrl-C comes, or passes it on where it has none yet."""
+    asked = []
+
+    def stopped(bodies, kind, seconds):
+        asked.append(len(bodies))
+        if raises:
+            raise KeyboardInterrupt
+        return replace(in_turn(bodies), interrupted=True)
+
+    found, interrupted = fill_boxes(in_turn, stopped, cubes(0.6, 0.6, 0.6), [Kind(1.0)])
+    assert interrupted
+    assert len(asked) == 1
+    assert [box.indices for box in found] == [[0], [1], [2]]
+    assert not fill_boxes(in_turn, in_turn, cubes(0.6, 0.6), [Kind(1.0)])[1]
+
+
 def test_time_is_shared_by_the_boxes_that_are_to_come(monkeypatch):
     clock = [0.0]
     monkeypatch.setattr(boxes.time, "monotonic", lambda: clock[0])
@@ -137,10 +156,10 @@ def test_boxes_of_several_kinds_are_filled_in_their_order():
         return [Kind(0.2, 1, fits[0]), Kind(1.0, 1, fits[1]), Kind(0.5, last, fits[2])]
 
     bodies = cubes(0.9, 0.15, 0.4, 0.4, 0.4)
-    found = fill_boxes(place, place, bodies, kinds(bodies))
+    found, _ = fill_boxes(place, place, bodies, kinds(bodies))
     assert [(box.kind, box.indices) for box in found] == [(0, [1]), (1, [0]), (2, [2]), (2, [3]), (2, [4])]
-    assert [box.kind for box in fill_boxes(place, place, bodies, kinds(bodies), most=2)] == [0, 1]
-    assert [box.kind for box in fill_boxes(place, place, bodies, kinds(bodies, last=2))] == [0, 1, 2, 2]
+    assert [box.kind for box in fill_boxes(place, place, bodies, kinds(bodies), most=2)[0]] == [0, 1]
+    assert [box.kind for box in fill_boxes(place, place, bodies, kinds(bodies, last=2))[0]] == [0, 1, 2, 2]
     large = cubes(0.9, 0.4)
-    found = fill_boxes(place, place, large, kinds(large))
+    found, _ = fill_boxes(place, place, large, kinds(large))
     assert [(box.kind, box.indices) for box in found] == [(1, [0]), (2, [1])], "a box too small for all is left out"

@@ -11,6 +11,7 @@ from rasp_core.exact.certificate import certify
 from rasp_core.geometry.containers import FreeBox, parse
 from rasp_core.geometry.meshes import make_body, unique_names
 from rasp_core.packing import minimal_box
+from rasp_core.packing.methods import search
 from rasp_core.problem import Settings
 from rasp_core.util.budget import Budget
 from rasp_core.util.errors import InputError
@@ -108,6 +109,16 @@ def test_time_ends_a_search():
 def test_bad_input_is_refused():
     with pytest.raises(InputError, match="effort"):
         minimal_box.pack(kitchen_like(2), parse("auto"), effort=-1)
+
+
+def test_a_clearance_much_larger_than_the_parts_takes_no_longer():
+    """What is placed is as large as what is kept clear about it."""
+    pearl, bead = trimesh.creation.icosphere(radius=0.002), trimesh.creation.box((0.002, 0.002, 0.002))
+    bodies = [make_body(name, mesh.vertices, mesh.faces) for name, mesh in (("pearl", pearl), ("bead", bead))]
+    found = search("dense", bodies, parse("auto:0.1,0.1,*"), effort=2, clearance=0.02)
+    assert found.certificate.holds
+    assert found.certificate.gaps.least.gap >= 0.02
+    assert found.arrangement.problem.container.size.max() < 0.15
 
 
 def test_fixed_edges_that_do_not_hold_an_object_are_refused():

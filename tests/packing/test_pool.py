@@ -118,3 +118,13 @@ def test_bodies_of_a_kind_have_one_shape_and_the_same_turns():
     upright = replace(body, wishes=Wishes(turns=turns_of("z", body.manifold)))
     assert kind(upright) != kind(body)
     assert kind(upright) == kind(replace(upright, name="c"))
+
+
+def test_thin_containers_are_as_thick_as_they_are():
+    """The grid of a thin plate may have no point inside of it."""
+    ball = trimesh.creation.icosphere(radius=0.02)
+    check_sizes([make_body("ball", ball.vertices, ball.faces)], box((100, 100, 0.05)))
+    plate = Container(block("plate", 10, 10, 0.05))
+    check_sizes([make_body("ball", ball.vertices, ball.faces)], plate)
+    with pytest.raises(InputError, match="cube: "):
+        check_sizes([block("cube", 1.0, 1.0, 1.0)], plate)

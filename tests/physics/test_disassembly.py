@@ -80,3 +80,18 @@ def test_one_alone_is_taken_out_by_the_first_pull():
     assert found.order == [("block", [0, 0, 1])]
     assert not found.stuck
     assert disassembly.remove_all([BLOCK], at((0, 0, 0)), pulls=np.zeros((0, 3))).stuck == ["block"]
+
+
+def test_what_the_certificate_tolerates_holds_nothing_together():
+    """Neighbours that share a ten thousandth of their volume: a row of cubes with a skin in common, and two balls."""
+    skin = 0.5e-4
+    row = [body(name, trimesh.creation.box((1, 1, 1))) for name in "abc"]
+    assert not disassembly.remove_all(row, at((0, 0, 0), (1 - skin, 0, 0), (2 - 2 * skin, 0, 0))).stuck
+    balls = [body(name, trimesh.creation.icosphere(subdivisions=4)) for name in "ab"]
+    assert not disassembly.remove_all(balls, at((0, 0, 0), (1.98, 0.1, 0.05))).stuck
+
+
+def test_what_shares_more_than_that_stays_together():
+    shell = trimesh.boolean.difference([trimesh.creation.box((3, 3, 3)), trimesh.creation.box((2, 2, 2))])
+    bodies = [body("shell", shell), body("core", trimesh.creation.box((2.01, 1, 1)))]
+    assert len(disassembly.remove_all(bodies, at((0, 0, 0), (0, 0, 0))).stuck) == 2

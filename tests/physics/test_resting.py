@@ -99,7 +99,7 @@ def test_what_gravity_excludes_is_refused():
     for bodies, where, options, told in (
         (pool, FreeBox((None, None, None)), {}, "gravity needs a container that is given"),
         (fixed, room, {}, "what is fixed does not fall"),
-        (wished, room, {}, "turns z are not kept by what falls"),
+        (wished, room, {}, "turns z are not kept by what falls; leave out gravity"),
         (pool, room, {"clearance": 0.001}, "what comes to rest touches"),
         (pool, room, {"separable": True}, "ask for one of them"),
     ):

@@ -50,7 +50,9 @@ def test_what_is_no_fact_is_named(page, link):
 
 def test_in_notebooks_the_text_is_written_anew_and_nothing_else(page, tmp_path):
     page("")
-    code = nbformat.v4.new_code_cell("print(1)", outputs=[nbformat.v4.new_output("stream", text='[9](facts.json "count")')])
+    code = nbformat.v4.new_code_cell(
+        "print(1)", outputs=[nbformat.v4.new_output("stream", text='[9](facts.json "count")')]
+    )
     words = nbformat.v4.new_markdown_cell('Of 5 [9](facts.json "count").')
     notebook = nbformat.v4.new_notebook(cells=[words, code])
     nbformat.write(notebook, tmp_path / "a.ipynb")
@@ -65,6 +67,9 @@ def test_no_number_in_the_committed_prose_differs_from_its_fact(path):
 
 
 def test_numbers_are_quoted():
-    quotes = {path.name: len(quoted_numbers.QUOTED.findall(quoted_numbers.quoted(path))) for path in quoted_numbers.pages(ROOT)}
+    quotes = {
+        path.name: len(quoted_numbers.QUOTED.findall(quoted_numbers.quoted(path)))
+        for path in quoted_numbers.pages(ROOT)
+    }
     assert quotes["REPRODUCING.md"] > 20
     assert quotes["03_packing_density.ipynb"] > 2
