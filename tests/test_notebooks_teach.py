@@ -20,7 +20,7 @@ COMPUTED_BY = {
     5: "losses.extrusion",
     6: "density.mesh_density",
 }
-LINK = re.compile(r"\[([^\]\n]*)\]\(([^)\s]+)\)")
+LINK = re.compile(r"""\[([^\]\n]*)\]\(([^)\s]+)(?:\s+"[^"\n]*")?\)""")
 MENTION = re.compile(r"\bEq(?:uation|\.) ?(\d(?:(?:, | and | to |-)\d)*)(?!\d)")
 CODE, MATH = r"```.*?```|`[^`\n]*`", r"\$\$.*?\$\$|\$[^$\n]+\$"
 
