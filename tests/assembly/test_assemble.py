@@ -95,7 +95,7 @@ def test_the_command_takes_silhouettes(tmp_path, capsys):
     assert min(record["likeness"]) > 0.95
     assert f"2 parts, likeness: {np.mean(record['likeness']):.1%} in the mean" in capsys.readouterr().out
     assert main(arguments) == 2
-    assert capsys.readouterr().err.startswith("rasp: silhouettes need --width")
+    assert capsys.readouterr().err.startswith("rasp: silhouettes need the pictures' width in metres; give --width")
     assert main([*arguments[:3], *pictures[:2], "--width", "0.25", "--out", str(tmp_path / "other")]) == 2
     assert "got 3 and 3 for 2 pictures" in capsys.readouterr().err
 

@@ -66,8 +66,8 @@ def test_objects_that_cannot_be_used_are_named_in_one_line(cans, tmp_path, capsy
 @pytest.mark.parametrize(
     ("option", "value", "says"),
     [
-        ("--container", "box:0,1,1", "box needs three positive edges"),
-        ("--container", "box:1,-1,1", "box needs three positive edges"),
+        ("--container", "box:0,1,1", "write three positive edges"),
+        ("--container", "box:1,-1,1", "write three positive edges"),
         ("--container", "box:1,1", "box:0.32,0.32,0.30"),
         ("--container", "gone.stl", "gone.stl: no such file"),
         ("--count", "0", "--count must be auto or a positive number, got 0"),

@@ -184,11 +184,12 @@ def test_nothing_is_asked_for_by_zeros():
     assert clearance_of(blocks_and_cans(3), 0.002, None).wall == 0.002
 
 
-def test_what_leaves_no_room_is_refused():
-    with pytest.raises(InputError, match=r"nothing of the container is 0\.08 m from its wall"):
-        methods.search("spectral", blocks_and_cans(2), box((0.14, 0.14, 0.14)), wall_clearance=0.0801)
-    with pytest.raises(InputError, match=r"nothing between the fixed edges is 0\.08 m from the wall"):
-        methods.search("spectral", blocks_and_cans(2), parse("auto:0.14,*,*"), wall_clearance=0.0801)
+def test_what_leaves_no_room_is_refused_in_the_unit():
+    for container in (box((0.14, 0.14, 0.14)), parse("auto:0.14,*,*")):
+        with pytest.raises(InputError, match=r"nothing of the container is 0\.0801 m from its wall"):
+            methods.search("spectral", blocks_and_cans(2), container, wall_clearance=0.0801)
+        with pytest.raises(InputError, match=r"nothing of the container is 80\.1 mm from its wall"):
+            methods.search("spectral", blocks_and_cans(2), container, wall_clearance=0.0801, unit="mm")
 
 
 def test_grown_bodies_count_as_overlapping_only_if_those_inside_come_too_near():
