@@ -16,7 +16,7 @@ from ..exact.certificate import certify
 from ..exact.pulls import Dismantling
 from ..geometry.containers import Container, FreeBox
 from ..geometry.meshes import Body, named_apart
-from ..geometry.zones import without
+from ..geometry.zones import free_without, without
 from ..io.exports import formats
 from ..packing import methods
 from ..packing.clearance import clearance_of
@@ -193,7 +193,8 @@ def pack(
     if None. The certificate's `gaps` say what they are. unit : "mm", "cm", "m" or "inch", that errors are written in.
     fixed : objects that lie in the container already, in its coordinates (a box is about the origin): a run's folder,
     mesh files or bodies. The others go around them, and the certificate judges all. keep_out : closed meshes, zones
-    that stay free; what is left of the container counts as the container, and their surface as its wall.
+    that stay free; what is left of the container counts as the container, and their surface as its wall. In a box whose
+    height is to be found they lie about the middle of its base, up from its floor.
     record : keep poses and losses on the way ("paper"), to be shown as `recording`; nothing else changes.
     separable : only what comes apart through the container's open top (its highest plane), one by one by straight
     pulls; `dismantling` has them. What locks is left out or dropped on top instead; a box to be found grows for that.
@@ -273,8 +274,8 @@ def _recorder(bodies: Sequence[Body], container: Container):
 def with_zones(
     container: Container | FreeBox, keep_out: str | Path | Sequence[Body] | Sequence[str | Path]
 ) -> Container | FreeBox:
-    """The container without zones that stay free. Raises InputError for a box to be found, and as `without` does."""
+    """The container without zones that stay free. Raises InputError as `without` and `free_without` do."""
     zones = as_bodies(keep_out) if isinstance(keep_out, str | Path) or len(keep_out) else []
-    if zones and isinstance(container, FreeBox):
-        raise InputError("zones to keep out need a container that is given; a box to be found has no place yet")
-    return without(container, zones) if zones else container
+    if not zones:
+        return container
+    return free_without(container, zones) if isinstance(container, FreeBox) else without(container, zones)

@@ -124,16 +124,17 @@ def forget(folder: Path) -> None:
     if boxes.exists():
         boxes.unlink()
         (folder / BOXES_TABLE).unlink(missing_ok=True)
-        for old in folder.glob(f"{box_folder('*')}/{RECORD}"):
-            shutil.rmtree(old.parent)
+        for run in boxes_of(folder):
+            shutil.rmtree(run)
     if (folder / RECORD).exists():
         try:
             files = recorded(folder).get("files", [])
         except InputError:  # not the kit's, or cut short
             files = []
         (folder / RECORD).unlink()
-        for name in files:
-            (folder / Path(name).name).unlink(missing_ok=True)
+        for name in files if isinstance(files, list) else []:
+            if (folder / Path(str(name)).name).is_file():
+                (folder / Path(str(name)).name).unlink()
 
 
 def box_folder(number: int | str) -> str:
@@ -156,9 +157,12 @@ def recorded(scene: Path) -> dict:
     if not path.exists():
         return {"certificate": {}}
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
+        found = json.loads(path.read_text(encoding="utf-8"))
+        if not isinstance(found, dict):
+            raise ValueError(f"expected an object in braces, got {type(found).__name__}")
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: cannot be read ({error}); give the run's scene in a folder of its own") from error
+    return found
 
 
 def _placed_parts(bodies: Sequence[Body], matrices: np.ndarray) -> list[PlacedPart]:

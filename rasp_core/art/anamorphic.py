@@ -113,11 +113,11 @@ def sculpt(
     least = min((camera.width for camera in cameras), default=1.0)
     cameras = [replace(camera, width=camera.width / least) for camera in cameras]
     hull = hull_silhouettes(pictures, cameras)
-    few = count is not None  # they may not cover a wide picture
-    covering, count = Covering(pool, cameras, hull, seed), count or SETTINGS.largest_count
     painted, step, best, rounds = colours is not None, SETTINGS.coarse_px, None, []
+    # a given number of objects may be too few to cover a wide picture
+    widths = [width] if width is not None else _widths(pool, painted and count is None)
+    covering, count = Covering(pool, cameras, hull, seed), count or SETTINGS.largest_count
     coarse = Covering(pool, cameras, hull[:, ::step, ::step], seed) if painted else None
-    widths = [width] if width is not None else _widths(pool, painted and not few)
     with progress_bar("art", "width", progress, len(widths)) as bar:
         for edge in widths:
             covering.reset(edge)

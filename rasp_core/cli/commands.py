@@ -87,7 +87,7 @@ def pack(options: argparse.Namespace) -> int:
         return _pack_boxes(bodies, kinds or container, method, {"boxes": boxes, **asked}, folder, scale, options)
     packed = pack_parts(bodies, container, method, record=bool(options.record), **asked)
     apart = packed.dismantling
-    print(f"rasp: {_removal(packed.removal) if apart is None else apart.summary()}", file=sys.stderr)
+    print(f"rasp: {(apart or packed.removal).summary()}", file=sys.stderr)
     if any(packed.gradient_shares.values()):
         shares = ", ".join(f"{name} {share:.0%}" for name, share in packed.gradient_shares.items())
         print(f"rasp: shares of the gradient, in the mean over the run: {shares}", file=sys.stderr)
@@ -265,7 +265,7 @@ def check(options: argparse.Namespace) -> int:
         from ..exact.certificate import certify
         from ..packing.clearance import asked_of, clearance_of
         from ..packing.separable import proven_again
-        from ..physics import disassembly
+        from ..physics.disassembly import remove_all
         from ..visualize import gltf
 
     check_clearances(options)
@@ -280,8 +280,7 @@ def check(options: argparse.Namespace) -> int:
     asked = clearance_of(bodies, **asked | given)
     certificate = certify(bodies, stay, container, clearance=None if asked is None else (asked.parts, asked.wall))
     apart = proven_again(bodies, stay, container, record, options.separable)
-    told = _removal(disassembly.remove_all(bodies, stay)) if apart is None else apart.summary()
-    print(f"rasp: {told}", file=sys.stderr)
+    print(f"rasp: {(apart or remove_all(bodies, stay)).summary()}", file=sys.stderr)
     what, filled = f"{len(bodies)} object{'s' * (len(bodies) != 1)}", density.mesh_density(bodies, container)
     _say(what, filled, certificate, options.scene, options.unit)
     return 0 if certificate.holds and (apart is None or apart.holds) else 1
@@ -296,7 +295,7 @@ def figures(options: argparse.Namespace) -> int:
 
 def _box(container, options: argparse.Namespace) -> str:
     """The edges of the box that was found, in the user's unit."""
-    edges = " x ".join(f"{edge / reading_of(options).metres:.4g}" for edge in container.size)
+    edges = " x ".join(f"{edge / reading_of(options).metres:.4g}" for edge in container.base.size)
     return f" in a box of {edges} {options.unit}"
 
 
@@ -310,12 +309,3 @@ def _say(what: str, density: float, certificate, where: Path, unit: str) -> None
         f"{where}: {what}, density {density:.4f}, {verdict} (worst overlap {certificate.worst_overlap:.1e}, "
         f"worst protrusion {certificate.worst_protrusion:.1e})"
     )
-
-
-def _removal(removed) -> str:
-    from ..physics import disassembly
-
-    if not removed.stuck:
-        return "all objects can be taken out one by one by straight pulls"
-    pulls = f"none of {disassembly.PULLS} straight pulls takes them out"
-    return f"{len(removed.stuck)} objects interlock, {pulls}: {', '.join(removed.stuck)}"

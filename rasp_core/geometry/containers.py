@@ -162,12 +162,14 @@ class FreeBox:
     """A box that is yet to be found.
 
     edges : three lengths in metres, None where an edge is free. cube : all edges are free and equal. margin : metres
-    on each side that are kept clear of a larger box, which is what is meant.
+    on each side that are kept clear of a larger box, which is what is meant. zones : closed bodies that it is without,
+    about the middle of its base and up from its floor, whatever its height turns out to be; see `zones.free_without`.
     """
 
     edges: tuple[float | None, float | None, float | None]
     cube: bool = False
     margin: float = 0.0
+    zones: tuple[Body, ...] = ()
 
     @property
     def free(self) -> np.ndarray:

@@ -22,7 +22,7 @@ from scipy.sparse.csgraph import connected_components
 from ..io.kept_arrays import kept
 from ..util import o3d
 from ..util.errors import InputError
-from .containers import Container, box
+from .containers import Container, FreeBox, box
 from .meshes import Body, SolidKey, make_body
 from .sdf import Grid
 from .shells import to_manifold
@@ -106,6 +106,18 @@ def shrunk(container: Container, margin: float) -> Container:
     mesh = inside.translate(body.centre).to_mesh64()
     left = make_body(body.name, np.asarray(mesh.vert_properties)[:, :3], np.asarray(mesh.tri_verts))
     return Container(left, None, container.directions, container)
+
+
+def shrunk_shape(shape: FreeBox, margin: float) -> FreeBox:
+    """The same of a box to be found: its zones are larger by the margin, and lie above a floor that is higher by it.
+
+    Raises TooNarrow if nothing is left between its given edges.
+    """
+    edges = tuple(None if edge is None else edge - 2 * margin for edge in shape.edges)
+    if any(edge is not None and edge <= 0 for edge in edges):
+        raise TooNarrow(f"nothing between the fixed edges is {margin:.3g} m from the wall")
+    larger = [grown(zone, margin) if margin > 0 else zone for zone in shape.zones]
+    return replace(shape, edges=edges, margin=margin, zones=tuple(z.moved(np.array([0, 0, -margin])) for z in larger))
 
 
 @lru_cache(maxsize=1024)

@@ -99,6 +99,11 @@ class Body:
         core = None if self.core is None else self.core.scaled(factor)
         return replace(self, **lengths, volume=self.volume * factor**3, core=core, growth=self.growth * factor)
 
+    def moved(self, shift: np.ndarray) -> Body:
+        """The body `shift` `(3,)` metres from where its file has it."""
+        core = None if self.core is None else self.core.moved(shift)
+        return replace(self, vertices=self.vertices + shift, centre=self.centre + shift, core=core)
+
 
 _WITH_SOLID: weakref.WeakSet[Body] = weakref.WeakSet()
 

@@ -16,11 +16,11 @@ import numpy as np
 import torch
 
 from ..exact.certificate import certify
-from ..geometry.containers import Container, FreeBox, box
-from ..geometry.growing import TooNarrow, grown, shrunk
+from ..geometry.containers import Container, FreeBox
+from ..geometry.growing import TooNarrow, grown, shrunk, shrunk_shape
 from ..geometry.loading import UNITS
 from ..geometry.meshes import Body
-from ..geometry.zones import without
+from ..geometry.zones import box_of, without
 from ..poses import from_matrices, join
 from ..util.errors import InputError
 from ..util.progress import progress_bar
@@ -57,7 +57,7 @@ def pack_apart(
     began, growth = time.monotonic(), asked.growth
     margin = asked.wall - float(growth.min(initial=np.inf))
     try:
-        room = _shrunk_box(container, margin) if isinstance(container, FreeBox) else shrunk(container, margin)
+        room = shrunk_shape(container, margin) if isinstance(container, FreeBox) else shrunk(container, margin)
     except TooNarrow:
         kept = f"{asked.wall / UNITS[unit]:.3g} {unit}"
         raise InputError(f"nothing of the container is {kept} from its wall; ask for less clearance") from None
@@ -70,8 +70,9 @@ def pack_apart(
     chosen = [pool[i] for i in packed.chosen]
     poses = from_matrices(chosen, packed.matrices)
     if isinstance(container, FreeBox):
-        closest, poses = enclosing_box(chosen, poses, _shrunk_box(container, asked.wall))
-        container = box([e or size + 2 * asked.wall for e, size in zip(container.edges, closest.size, strict=True)])
+        floor = packed.container.base.size - 2 * (asked.wall - margin) if container.zones else None
+        closest, poses = enclosing_box(chosen, poses, shrunk_shape(container, asked.wall), floor)
+        container = box_of(container, container.lengths(closest.base.size + 2 * asked.wall))
 
     def finished(positions: Sequence[int]) -> Packing:
         indices = [*(packed.chosen[i] for i in positions), *range(len(bodies), len(pool))]
@@ -108,10 +109,3 @@ def _grown(bodies: Sequence[Body], growth: np.ndarray, progress: bool) -> list[B
             large.append(replace(grown(body, radius) if radius > 0 else body, wishes=apart))
             bar.update()
     return large
-
-
-def _shrunk_box(shape: FreeBox, margin: float) -> FreeBox:
-    edges = tuple(None if edge is None else edge - 2 * margin for edge in shape.edges)
-    if any(edge is not None and edge <= 0 for edge in edges):
-        raise TooNarrow(f"nothing between the fixed edges is {margin:.3g} m from the wall")
-    return FreeBox(edges, shape.cube, margin)

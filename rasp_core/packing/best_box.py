@@ -8,8 +8,9 @@ import numpy as np
 
 from ..exact.certificate import certify
 from ..exact.overlap_removal import REPAIR_TOLERANCE, remove_overlaps
-from ..geometry.containers import Container, FreeBox, box
+from ..geometry.containers import Container, FreeBox
 from ..geometry.meshes import Body
+from ..geometry.zones import box_of
 from ..poses import Poses, file_to_world
 from .enclosing_box import enclosing_box
 
@@ -29,25 +30,30 @@ class BestBox:
 
     @property
     def least(self) -> float:
-        """Its volume, cubic metres; infinite before the first."""
-        return np.inf if self.container is None else self.container.volume
+        """The product of its edges, cubic metres; infinite before the first."""
+        return np.inf if self.container is None else float(self.edges.prod())
+
+    @property
+    def edges(self) -> np.ndarray:
+        """`(3,)`, metres."""
+        return self.container.base.size
 
     def hold(self, poses: Poses, edges: np.ndarray, largest: float = np.inf) -> bool:
         """Take out what overlaps at some poses in a box of these edges, as `remove_overlaps` does with `largest`, then
         `keep` what comes of it; False where it cannot be taken out."""
-        held = remove_overlaps(self.bodies, poses, box(edges), REPAIR_TOLERANCE, largest)
+        held = remove_overlaps(self.bodies, poses, box_of(self.shape, edges), REPAIR_TOLERANCE, largest)
         return held is not None and self.keep(held, edges)
 
     def keep(self, poses: Poses, edges: np.ndarray | None = None) -> bool:
         """Certify all at some poses, in the box that just holds them or in that of these edges, the smaller; kept, and
         True, if it holds and is smaller than the best."""
         container, poses = enclosing_box(self.bodies, poses, self.shape, edges)
-        if container.volume >= self.least:
+        if container.base.size.prod() >= self.least:
             return False
         matrices = file_to_world(self.bodies, poses.rotation, poses.translation)
         if not certify(self.bodies, matrices, container).holds:
             return False
         self.container, self.poses = container, poses
-        meant = container.size + 2 * self.shape.margin
-        self.told(meant, self.volume / float(meant.prod()))
+        meant, covered = self.edges + 2 * self.shape.margin, self.least - container.volume
+        self.told(meant, self.volume / (float(meant.prod()) - covered))
         return True

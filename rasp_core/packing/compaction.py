@@ -10,7 +10,7 @@ exact (`mesh_distance`), so that thin parts, edges and corners count.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -24,7 +24,7 @@ from ..geometry.containers import FreeBox
 from ..geometry.mesh_distance import MeshDistance
 from ..geometry.meshes import Body
 from ..geometry.surface_points import surface_points
-from ..poses import Poses
+from ..poses import Poses, freedom_of
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Contact(NamedTuple):
 @dataclass(frozen=True)
 class Compacted:
     """rotation `(N, 3, 3)`, translation `(N, 3)` in a box about the origin, edges `(3,)`; beyond : metres beyond a
-    wall. contacts : of bodies that overlap or nearly do."""
+    wall. contacts : of bodies that overlap or nearly do. On the way zones are among the bodies, the last."""
 
     rotation: np.ndarray
     translation: np.ndarray
@@ -92,17 +92,32 @@ class Compaction:
     """Makes boxes of a shape about these bodies smaller, any number of times."""
 
     def __init__(self, bodies: Sequence[Body], shape: FreeBox) -> None:
-        self.shape, self.radius = shape, np.array([body.radius for body in bodies])
-        self.unit = float(self.radius.mean())
+        self.shape, self.count, freedom = shape, len(bodies), freedom_of(bodies)
+        self.unit = float(np.mean([body.radius for body in bodies]))
+        all_bodies = [*bodies, *shape.zones]
+        self.radius = np.array([body.radius for body in all_bodies])
+        # which of the shifts, then of the turns, may be made
+        self._movable = np.zeros((2, len(all_bodies), 3))
+        self._movable[:, : self.count] = 1
+        if freedom is not None:
+            self._movable[1, : self.count] = freedom
         self._free = np.array([True, False, False]) if shape.cube else shape.free  # a cube has one edge
-        spacing, solids = TUNING.spacing * self.unit, {body.digest: body for body in bodies}
+        # by how much the walls of an axis, the lower and the upper, go out as an edge gets longer
+        self._goes_out = np.full((2, 3), 0.5) if not shape.zones else np.array([[0.5, 0.5, 0.0], [0.5, 0.5, 1.0]])
+        spacing, solids = TUNING.spacing * self.unit, {body.digest: body for body in all_bodies}
         known = {key: (MeshDistance(body), _points(body, spacing), body.hull_corners) for key, body in solids.items()}
-        self._distances, self._points, self._corners = zip(*(known[body.digest] for body in bodies), strict=True)
+        self._distances, self._points, self._corners = zip(*(known[body.digest] for body in all_bodies), strict=True)
 
-    def run(self, rotation: np.ndarray, translation: np.ndarray, late: Callable[[], bool]) -> Compacted:
-        """From poses `(N, 3, 3)`, `(N, 3)`, which may overlap a little, to where no step makes the box smaller."""
+    def run(
+        self, rotation: np.ndarray, translation: np.ndarray, edges: np.ndarray, late: Callable[[], bool]
+    ) -> Compacted:
+        """From poses `(N, 3, 3)`, `(N, 3)` in a box of `edges` `(3,)` about the origin, which may overlap a little, to
+        where no step makes the box smaller."""
         step = TUNING.first_step * self.unit
-        now = self._measured(rotation, translation, step)
+        for zone in self.shape.zones:
+            rotation = np.append(rotation, np.eye(3)[None], axis=0)
+            translation = np.append(translation, [zone.centre - (0, 0, edges[2] / 2)], axis=0)
+        now = self._measured(rotation, translation, edges, step)
         length = float(now.edges[self._free].mean())
         while step > TUNING.least_step * self.unit and not late():
             moved = self._moved(now, step, length)
@@ -114,20 +129,27 @@ class Compaction:
                 now, step = moved, self._longer(step)
             if gain < TUNING.hardly * self.unit:
                 step *= TUNING.shorter
-        return now
+        return replace(now, rotation=now.rotation[: self.count], translation=now.translation[: self.count])
 
     # -- where bodies are ------------------------------------------------------------------------------------------
 
     def _longer(self, step: float) -> float:
         return min(TUNING.longer * step, TUNING.largest_step * self.unit)
 
-    def _measured(self, rotation: np.ndarray, translation: np.ndarray, step: float) -> Compacted:
-        """Poses moved so that their box lies about the origin, and what overlaps or may after a further step."""
-        placed = [c @ r.T + t for c, r, t in zip(self._corners, rotation, translation, strict=True)]
+    def _measured(self, rotation: np.ndarray, translation: np.ndarray, before: np.ndarray, step: float) -> Compacted:
+        """Poses moved so that their box lies about the origin, and what overlaps or may after a further step; before :
+        the edges of the box in which they lie now, of which zones keep all walls but the top."""
+        moving = slice(0, self.count)
+        placed = [c @ r.T + t for c, r, t in zip(self._corners[moving], rotation, translation, strict=False)]
         low, high = np.min([p.min(0) for p in placed], axis=0), np.max([p.max(0) for p in placed], axis=0)
+        out = 0.0
+        if self.shape.zones:
+            floor, walls = -before / 2, np.array([*before[:2] / 2, np.inf])
+            out = max(float((floor - low).max()), float((high - walls).max()), 0.0)
+            low, high = floor, np.array([*walls[:2], high[2]])
         extent = high - low
         edges = self.shape.lengths(extent.max() if self.shape.cube else extent)
-        beyond = max(float((extent - edges).max()), 0.0) / 2
+        beyond = max(float((extent - edges).max()) / 2, out, 0.0)
         translation = translation - (low + high) / 2
         return Compacted(rotation, translation, edges, beyond, self._contacts(rotation, translation, _reach(step)))
 
@@ -143,6 +165,8 @@ class Compaction:
         for b, distance in enumerate(self._distances):
             meets = ((low < high[b] + reach) & (high > low[b] - reach)).all(1)
             meets[b] = False
+            if b >= self.count:  # zones may overlap
+                meets[self.count :] = False
             near = [(a, placed[a][_within(placed[a], low[b] - reach, high[b] + reach)]) for a in np.flatnonzero(meets)]
             near = [(a, points) for a, points in near if len(points)]
             if not near:
@@ -177,20 +201,19 @@ class Compaction:
                 [(overlap_at + k, -np.ones(len(points)))],
                 limit=apart,
             )
-        for i, corners in enumerate(self._corners):
+        for i, corners in enumerate(self._corners[: self.count]):
             arms = corners @ now.rotation[i].T
             for axis in range(3):
-                for side in (-1.0, 1.0):
+                for side, goes_out in zip((-1.0, 1.0), self._goes_out[:, axis], strict=True):
                     reached = side * (arms[:, axis] + now.translation[i, axis])
                     near = reached > now.edges[axis] / 2 - 8 * step
                     if not near.any():
                         continue
                     wall = [(beyond_at, -np.ones(near.sum()))]
-                    limit = -reached[near]
+                    limit = now.edges[axis] / 2 - reached[near]
                     if self.shape.free[axis]:
-                        wall.append((edge_at + (0 if self.shape.cube else axis), np.full(near.sum(), -0.5)))
-                    else:
-                        limit = limit + now.edges[axis] / 2
+                        limit = limit - goes_out * now.edges[axis]
+                        wall.append((edge_at + (0 if self.shape.cube else axis), np.full(near.sum(), -goes_out)))
                     outward = np.tile(side * np.eye(3)[axis], (near.sum(), 1))
                     rows.add(self._pushed(i, arms[near], outward), wall, limit=limit)
         cost = np.zeros(beyond_at + 1)
@@ -200,14 +223,15 @@ class Compaction:
         # moves to one side and to the other are unknowns of their own, so that what need not move stays
         matrix = hstack([matrix[:, :edge_at], -matrix[:, :edge_at], matrix[:, edge_at:]])
         cost = np.concatenate([np.full(2 * edge_at, TUNING.of_moves), cost[edge_at:]])
-        bounds = [(0, step)] * (2 * edge_at) + [(0, None)] * (len(cost) - 2 * edge_at)
+        most = np.tile(step * self._movable.ravel(), 2)
+        bounds = [(0, limit) for limit in most] + [(0, None)] * (len(cost) - 2 * edge_at)
         solved = linprog(cost, A_ub=matrix, b_ub=limits, bounds=bounds, method="highs")
         if solved.x is None:
             return None
         moves = (solved.x[:edge_at] - solved.x[edge_at : 2 * edge_at]).reshape(-1, 3)
         shifts, turns = moves[:count], moves[count:]
         turned = Rotation.from_rotvec(turns / self.radius[:, None]).as_matrix() @ now.rotation
-        return self._measured(turned, now.translation + shifts, self._longer(step))
+        return self._measured(turned, now.translation + shifts, now.edges, self._longer(step))
 
     def _pushed(self, body: int, arms: np.ndarray, directions: np.ndarray) -> list[tuple[int, np.ndarray]]:
         """How far points at `arms` `(M, 3)` from a body's centre go along directions `(M, 3)`, for each of its unknowns

@@ -7,9 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..geometry.containers import Container, FreeBox, box
+from ..geometry.containers import Container, FreeBox
 from ..geometry.growing import grown, shrunk
 from ..geometry.meshes import Body
+from ..geometry.zones import box_of
 from ..poses import file_to_world
 from ..util import o3d
 from ..util.errors import InputError
@@ -45,7 +46,7 @@ def drop(
     more = [replace(body, wishes=replace(body.wishes, clearance=None)) for body in more]
     placement = Placement(more, shrunk(container, margin), rule="heightmap", straight=shape is not None)
     voxel, full = placement.room.voxel, _columns(placement, pool, chosen, matrices, most)
-    size = container.size
+    size = container.base.size
     for _ in range(MOST_GROWN):
         spare = [(0, n - f) for n, f in zip(placement.room.shape, full.shape, strict=True)]
         placement.room.walls |= np.pad(full, spare)
@@ -55,7 +56,7 @@ def drop(
         step = voxel * _growing(shape, size)
         size, matrices = size + step, matrices.copy()
         matrices[:, :3, 3] -= step / 2
-        placement.enter(shrunk(box(size), margin), keep=True)
+        placement.enter(shrunk(box_of(shape, size), margin), keep=True)
     else:
         raise InputError("not all objects find room above each other in a box that grows; leave out --separable")
     if not placement.placed:
@@ -63,7 +64,7 @@ def drop(
     poses = placement.poses
     placed = file_to_world([more[k] for k in placement.placed], poses.rotation, poses.translation)
     found = [(over[k], matrix) for k, matrix in zip(placement.placed, placed, strict=True)]
-    return found, matrices, container if shape is None else box(size)
+    return found, matrices, container if shape is None else box_of(shape, size)
 
 
 def _growing(shape: FreeBox, size: np.ndarray) -> np.ndarray:

@@ -112,7 +112,6 @@ def search(
     method = resolve_method(method, container)
     given = {"count": count, "time_limit": time_limit, "effort": effort}
     refuse_ignored(method, {name: value for name, value in given.items() if value is not None}, container)
-    _refuse_turns(method, bodies, container)
     largest = minimal_box.largest_box(bodies, container) if isinstance(container, FreeBox) else container
     check_sizes(bodies, largest, unit)
     apart = clearance_of([*bodies, *fixed], clearance, wall_clearance)
@@ -162,14 +161,3 @@ def search(
         progress=progress,
         watch=watch,
     )
-
-
-def _refuse_turns(method: str, bodies: Sequence[Body], container: Container | FreeBox) -> None:
-    """Raise InputError where a search turns bodies as it likes of which only some turns are wished."""
-    if method == "dense" and isinstance(container, FreeBox):
-        for body in bodies:
-            if body.wishes.turns is not None:
-                raise InputError(
-                    f"{body.name}: turns {body.wishes.turns.word} are not kept by method dense in a box to be found; "
-                    "use --method spectral, or give the box"
-                )

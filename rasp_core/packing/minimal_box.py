@@ -7,7 +7,8 @@
 3. In a box a few per cent too small all are pressed apart as far as they go, and moved towards less overlap; when much
    less overlaps the box grows until nothing does, by samples, then by booleans (`pressing`).
 4. Both take turns; the one that gained more in its last one goes on. What is certified and smaller than the best is
-   kept, so that there is a packing at any time.
+   kept, so that there is a packing at any time. Where zones are kept out, or only some turns are wished, there is no
+   pressing.
 
 The question is that of Gupta & Raman 2026, Differentiable Packing of Irregular 3D Objects with Adaptive Container
 Estimation.
@@ -26,6 +27,8 @@ import torch
 from ..geometry.containers import Container, FreeBox, box
 from ..geometry.growing import shrunk
 from ..geometry.meshes import Body
+from ..geometry.zones import box_of
+from ..poses import freedom_of
 from ..problem import Settings
 from ..util.budget import Budget
 from ..util.devices import resolve_device
@@ -57,6 +60,7 @@ class BoxTuning:
 
 
 TUNING = BoxTuning()
+TOO_NARROW = "not all objects fit between the fixed edges; make them longer, or free them with *"
 
 
 def pack(
@@ -87,7 +91,7 @@ def pack(
     try:
         search.place()
         while not budget.over() and not search.full:
-            search.place_again() if rule else search.improve()
+            search.place_again() if search.rule else search.improve()
     except KeyboardInterrupt:
         if search.best.container is None:
             raise
@@ -118,9 +122,13 @@ class _Search:
         self.best = BestBox(self.bodies, shape, self._note)
         self.means: str | None = None
         self.turn = 0
-        self.gains = {"pressing": np.inf}
+        self.gains = {}
         if len(self.bodies) <= TUNING.most_among_voxels:
-            self.gains = {"voxels": np.inf} | self.gains
+            self.gains["voxels"] = np.inf
+        if not shape.zones and freedom_of(self.bodies) is None:  # which pressing does not heed
+            self.gains["pressing"] = np.inf
+        if not self.gains:
+            self.rule = self.rule or "spectral"
         self.interrupted = False
         self.rounds: list[dict] = []
         self.bar = progress_bar(f"smallest box, {rule or 'dense'}", "try", progress, budget.effort)
@@ -130,22 +138,24 @@ class _Search:
     def place(self) -> None:
         """The first box, by a baseline."""
         first = self.shape.sized(self.best.taken / TUNING.first_density)
-        self.placement = Placement(self.bodies, box(first), self.settings.seed, self.rule or "spectral", straight=True)
+        room, rule = box_of(self.shape, first), self.rule or "spectral"
+        self.placement = Placement(self.bodies, room, self.settings.seed, rule, straight=True)
         if self.placement.coarse:  # cubes may leave nothing between them, and growing costs little
-            self.placement.enter(box(self.shape.sized(self.best.taken)))
+            self.placement.enter(box_of(self.shape, self.shape.sized(self.best.taken)))
         self._place_in_growing_box(None)
 
     def place_again(self) -> None:
         """Place anew in a shaken order; the box starts a little below the best."""
         self.budget.tries += 1
         self.bar.update()
-        self.placement.enter(box(self.shape.sized(TUNING.replaced_volume_of_best * self.best.least)))
+        edges = self.shape.sized(TUNING.replaced_volume_of_best * self.best.least)
+        self.placement.enter(box_of(self.shape, edges))
         self._place_in_growing_box(self.placement.shaken())
 
     def _place_in_growing_box(self, order: np.ndarray | None) -> None:
         """Place all, the box growing by a voxel at a time; given up if it would be no smaller than the best, and, if
         there is a best, when time is over."""
-        longest, edges = _longest(self.bodies), self.placement.container.size
+        longest, edges = _longest(self.bodies), self.placement.container.base.size
 
         def late() -> bool:
             return self.best.container is not None and self.budget.spent()
@@ -159,10 +169,13 @@ class _Search:
             if np.prod(edges) >= self.best.least or late():
                 return
             if edges[self.shape.free].min() > (longest + 2 * self.placement.room.voxel) * len(self.bodies):
-                raise InputError("not all objects fit between the fixed edges; make them longer, or free them with *")
-            self.placement.enter(box(edges), keep=True)
+                raise InputError(TOO_NARROW)
+            self.placement.enter(box_of(self.shape, edges), keep=True)
         backwards = np.argsort(list(self.placement.placed))
-        self.best.keep(self.placement.poses.take(backwards))
+        poses = self.placement.poses.take(backwards)
+        kept = self.best.keep(poses, edges if self.shape.zones else None)
+        if not kept and self.best.container is None and not self.best.hold(poses, edges):  # by a thousandth of a voxel
+            raise InputError(TOO_NARROW)
 
     # -- the means by which it gets smaller --------------------------------------------------------------------------
 

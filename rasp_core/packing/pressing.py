@@ -45,7 +45,7 @@ class Pressing:
     def begin(self) -> None:
         """From the best packing so far."""
         poses = self.best.poses
-        self.state = self._too_small(poses.rotation.numpy(), poses.translation.numpy(), self.best.container.size)
+        self.state = self._too_small(poses.rotation.numpy(), poses.translation.numpy(), self.best.edges)
 
     def improve(self, late: Callable[[], bool]) -> None:
         """Move one or two bodies to have less overlap in a box that is too small; it is grown if that came off."""
@@ -59,7 +59,7 @@ class Pressing:
 
     def _too_small(self, rotation: np.ndarray, translation: np.ndarray, edges: np.ndarray) -> SearchState:
         """All, in a box of these edges, pressed into one that is smaller than the best."""
-        small = self._scaled(self.best.container.size, 1 - TUNING.too_small_by_of_volume)
+        small = self._scaled(self.best.edges, 1 - TUNING.too_small_by_of_volume)
         return self.search.begin(rotation, translation * (small / edges), small)
 
     def _grown(self, state: SearchState, late: Callable[[], bool]) -> SearchState:

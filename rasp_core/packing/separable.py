@@ -14,8 +14,10 @@ import numpy as np
 import torch
 
 from ..exact.pulls import Dismantling, Ways, follow, opening, take_apart
-from ..geometry.containers import Container, FreeBox, box
+from ..geometry.containers import Container, FreeBox
+from ..geometry.growing import shrunk_shape
 from ..geometry.meshes import Body
+from ..geometry.zones import box_of
 from ..poses import from_matrices
 from ..util.errors import InputError
 from .clearance import Clearance
@@ -79,9 +81,9 @@ def made_separable(
         poses, about = from_matrices([pool[i] for i in indices], placed), room
         if free is not None:
             wall = 0.0 if clearance is None else clearance.wall
-            inner = FreeBox(tuple(None if e is None else e - 2 * wall for e in free.edges), free.cube)
-            closest, poses = enclosing_box([pool[i] for i in indices], poses, inner)
-            about = box(closest.size + 2 * wall)
+            floor = room.base.size - 2 * wall if free.zones else None
+            closest, poses = enclosing_box([pool[i] for i in indices], poses, shrunk_shape(free, wall), floor)
+            about = box_of(free, closest.base.size + 2 * wall)
         again = finish_anew(packed, pool, indices, poses, about, device, clearance)
         left_out = [pool[i].name for i in packed.chosen if i not in set(indices)]
         proven = take_apart(Ways(again.bodies, again.matrices, again.container), left_out)

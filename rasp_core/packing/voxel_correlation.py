@@ -18,6 +18,7 @@ from scipy import fft, ndimage
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
 from ..geometry.sdf import Grid
+from ..geometry.zones import distance_to
 from ..util import o3d
 
 
@@ -133,23 +134,22 @@ class Room:
         self.origin = (low + high) / 2 - self.shape * voxel / 2
         self.walls = np.zeros(self.shape, bool)
         if container.base.size is None:
-            self.walls = self._distance(container.base, [slice(None)] * 3) > -voxel * margin
+            points = torch.from_numpy(self._middles([slice(None)] * 3).reshape(-1, 3))
+            distance = container.base.signed_distance(points)[0].numpy().reshape(self.shape)
+            self.walls = distance > -voxel * margin
         for zone in container.zones:
-            solid = Container(zone)
-            first, last = ((corner - self.origin) / voxel for corner in solid.bounds)
+            first, last = ((corner - self.origin) / voxel for corner in Container(zone).bounds)
             near = [slice(max(0, int(a) - 2), max(0, int(b) + 3)) for a, b in zip(first, last, strict=True)]
             if self.walls[tuple(near)].size:
-                self.walls[tuple(near)] |= self._distance(solid, near) < voxel * margin
+                self.walls[tuple(near)] |= distance_to(zone, self._middles(near)) < voxel * margin
         self.padded = [fft.next_fast_len(int(n), real=True) for n in self.shape]
         self.threads = -1 if self.shape.prod() > TUNING.threaded_from_voxels else 1
         self.clear()
 
-    def _distance(self, container: Container, voxels: Sequence[slice]) -> np.ndarray:
-        """From a container's wall, negative inside, of the middles of some voxels."""
+    def _middles(self, voxels: Sequence[slice]) -> np.ndarray:
+        """`(X, Y, Z, 3)` metres, of some voxels."""
         axes = [self.origin[k] + self.voxel * (np.arange(self.shape[k])[some] + 0.5) for k, some in enumerate(voxels)]
-        middles = np.stack(np.meshgrid(*axes, indexing="ij"), -1)
-        found = container.signed_distance(torch.from_numpy(middles.reshape(-1, 3)))[0].numpy()
-        return found.reshape(middles.shape[:3])
+        return np.stack(np.meshgrid(*axes, indexing="ij"), -1)
 
     def clear(self, taken: np.ndarray | None = None) -> None:
         """Empty the container, or fill it with `taken`."""

@@ -38,7 +38,7 @@ class VoxelDescent:
         self.free: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
         self.sweeps = 0
         poses = self.best.poses
-        self.search.begin(poses.rotation.numpy(), poses.translation.numpy(), self.best.container.size)
+        self.search.begin(poses.rotation.numpy(), poses.translation.numpy(), self.best.edges)
         self.start = self.search.state()
 
     def improve(self, late: Callable[[], bool]) -> None:
@@ -65,6 +65,6 @@ class VoxelDescent:
             rotation, translation, edges = self.free.pop()
             if np.prod(edges) > self.best.least:
                 break
-            compacted = self.compaction.run(rotation, translation, late)
+            compacted = self.compaction.run(rotation, translation, edges, late)
             if self.best.hold(compacted.poses, compacted.edges):
                 break

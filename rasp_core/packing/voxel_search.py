@@ -20,8 +20,10 @@ from ..geometry.containers import FreeBox
 from ..geometry.meshes import Body
 from ..geometry.surface_points import surface_points
 from ..geometry.wishes import quarter_turns
+from ..geometry.zones import distance_to
 from ..kernels import voxel_runs
 from ..util import o3d
+from .pool import kind
 from .voxel_correlation import Turned
 
 
@@ -38,6 +40,7 @@ class VoxelSearchTuning:
     rounded_off: float = 0.1  # voxels by which an object may be longer than its voxels
     points_of_voxel_face: float = 12.0  # at which a body's thickness is measured
     most_points: int = 200_000
+    zones_wider: float = 0.5  # voxels, so that thin ones are seen
     coarsest: float = 1.3  # times the voxel that is asked for: the one is taken that rounds least
     sizes_tried: int = 60
     beside_middle: tuple[float, float, float] = (3.1e-4, 5.3e-4, 7.7e-4)  # voxels: no point lies in a face's plane
@@ -64,18 +67,18 @@ class VoxelSearch:
 
     voxel : its edge in metres. random : draws orders, swaps, and the edge that shrinks. After `begin`: size `(3,)`, the
     box in voxels, and of each body turn `(N,)`, which of the turned bodies it is, and shift `(N, 3)`, where its first
-    voxel lies.
+    voxel lies. Where the box has zones, they are one more body that stays, the last.
     """
 
     def __init__(self, bodies: Sequence[Body], shape: FreeBox, voxel: float, random: np.random.Generator) -> None:
         self.bodies, self.shape, self.voxel, self.random = list(bodies), shape, voxel, random
         self._turns: list[_Turn] = []
-        known: dict[str, list[int]] = {}
+        known: dict[tuple, list[int]] = {}
         for body in self.bodies:
-            if body.digest not in known:
-                filled = _filled(body, np.eye(3), voxel)
-                known[body.digest] = self._add([_in_runs(filled.turned(turn, voxel)) for turn in quarter_turns()])
-        self._choices = [known[body.digest] for body in self.bodies]
+            if kind(body) not in known:
+                known[kind(body)] = self._add([_in_runs(turned) for turned in _turned(body, voxel)])
+        self._choices = [known[kind(body)] for body in self.bodies]
+        self._zones: np.ndarray | None = None  # of the box, from its floor up to a height that was needed
 
     def begin(self, rotation: np.ndarray, translation: np.ndarray, edges: np.ndarray) -> None:
         """Bodies at poses `(N, 3, 3)`, `(N, 3)` in a box of these edges about the origin, all in metres."""
@@ -86,12 +89,11 @@ class VoxelSearch:
             self.turn[i] = near[0] if near else self._add([_in_runs(_filled(body, turned, self.voxel))])[0]
         corners = translation - np.array([self._turns[k].centre for k in self.turn]) + edges / 2
         self.shift = np.rint(corners / self.voxel).astype(np.int64)
-        self.weights = np.ones((len(self.bodies),) * 2, np.float32)
-        self._sizes = np.array([turn.size for turn in self._turns])
-        lengths = [len(turn.runs) for turn in self._turns]
-        self._end = np.cumsum(lengths)
-        self._begin = self._end - lengths
-        self._runs = np.concatenate([turn.runs for turn in self._turns])
+        self._turned_runs = np.concatenate([turn.runs for turn in self._turns])
+        self._turned_sizes = np.array([turn.size for turn in self._turns])
+        if self.shape.zones:
+            self.turn, self.shift = np.append(self.turn, len(self._turns)), np.append(self.shift, [[0, 0, 0]], axis=0)
+        self.weights = np.ones((len(self.turn),) * 2, np.float32)
         size = _whole(edges, self.voxel)
         for i in self._sticking_out(size):
             fitting = self._fitting(i, size)
@@ -101,7 +103,7 @@ class VoxelSearch:
     def sweep(self) -> int:
         """Move each body that shares something, in a random order; how many voxels are shared then, of two each."""
         shared = self._shared()
-        for i in self.random.permutation(np.flatnonzero(shared.any(1))):
+        for i in self.random.permutation(np.flatnonzero(shared[: len(self.bodies)].any(1))):
             self._move(i)
         shared = self._shared()
         if most := shared.max():
@@ -149,8 +151,8 @@ class VoxelSearch:
     @property
     def poses(self) -> tuple[np.ndarray, np.ndarray]:
         """Rotations `(N, 3, 3)` and translations `(N, 3)` of the bodies' centres in the box about the origin."""
-        turns = [self._turns[k] for k in self.turn]
-        corners = (self.shift - self.size / 2) * self.voxel
+        turns = [self._turns[k] for k in self.turn[: len(self.bodies)]]
+        corners = (self.shift[: len(turns)] - self.size / 2) * self.voxel
         return np.array([turn.rotation for turn in turns]), corners + np.array([turn.centre for turn in turns])
 
     # -- moves -------------------------------------------------------------------------------------------------------
@@ -158,7 +160,7 @@ class VoxelSearch:
     def _move(self, i: int) -> None:
         """Move a body to where it shares least, by weight, of what is found; it stays if that is no less."""
         begin, end = self._begin[self.turn], self._end[self.turn]
-        others = np.arange(len(self.bodies)) != i
+        others = np.arange(len(self.turn)) != i
         voxel_runs.weigh(self._field, self._runs, begin, end, self.shift, np.where(others, self.weights[i], 0))
         voxel_runs.add_up(self._field, self._sums, self._blocks, TUNING.coarse_voxels)
         now = voxel_runs.shared(self._sums, self._runs, begin[i], end[i], *self.shift[i], np.float32(np.inf))
@@ -182,7 +184,7 @@ class VoxelSearch:
     def _correlated(self, i: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Of a body: the turns that fit the box, `(T,)`, the conjugate spectra of their blocks `(T, ...)`, and where on
         the coarse lattice they would stick out `(T, ...)` bool."""
-        key = self.bodies[i].digest
+        key = kind(self.bodies[i])
         if key not in self._spectra:
             turns = np.array(self._fitting(i, self.size), np.int64)
             spectra = [np.conj(fft.rfftn(self._turns[k].coarse, self._padded)).astype(np.complex64) for k in turns]
@@ -201,25 +203,49 @@ class VoxelSearch:
 
     def _enter(self, size: np.ndarray) -> None:
         """Take a box of so many voxels, or of more where a body does not go in; what would stick out is moved in."""
-        self.size = np.maximum(size, self._sizes[self.turn].max(0))
+        self.size = np.maximum(size, self._turned_sizes[self.turn[: len(self.bodies)]].max(0))
+        self._lay_out()
         self._move_in()
         x, y, z = self.size
         self._field, self._sums = np.zeros((x, y, z), np.float32), np.zeros((x, y, z + 1), np.float32)
         self._mark = np.zeros((x, y, z), np.int8)
         self._blocks = np.zeros(-(-self.size // TUNING.coarse_voxels), np.float32)
         self._padded = tuple(fft.next_fast_len(int(n), real=True) for n in self._blocks.shape)
-        self._spectra: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]] = {}
+        self._spectra: dict[tuple, tuple[np.ndarray, np.ndarray, np.ndarray]] = {}
+
+    def _lay_out(self) -> None:
+        """The runs of all turned bodies and then of the zones in a box of this size, one after the other."""
+        runs, sizes = [turn.runs for turn in self._turns], self._turned_sizes
+        self._runs = self._turned_runs
+        if self.shape.zones:
+            runs.append(_runs(self._zone_voxels()))
+            self._runs, sizes = np.concatenate([self._turned_runs, runs[-1]]), np.vstack([sizes, self.size])
+        lengths = [len(some) for some in runs]
+        self._end, self._sizes = np.cumsum(lengths), sizes
+        self._begin = self._end - lengths
+
+    def _zone_voxels(self) -> np.ndarray:
+        """The box's voxels that zones take."""
+        known = self._zones
+        if known is None or known.shape[:2] != tuple(self.size[:2]) or known.shape[2] < self.size[2]:
+            known = np.zeros(self.size, bool)
+            middles = self.voxel * (np.stack(np.indices(tuple(self.size)), -1) + 0.5)
+            middles -= self.voxel * self.size * (0.5, 0.5, 0)
+            for zone in self.shape.zones:
+                known |= distance_to(zone, middles) < TUNING.zones_wider * self.voxel
+            self._zones = known
+        return known[:, :, : self.size[2]]
 
     def _move_in(self) -> None:
         self.shift = np.clip(self.shift, 0, self.size - self._sizes[self.turn])
 
     def _sticking_out(self, size: np.ndarray) -> np.ndarray:
         """Bodies that are larger than a box as they are turned."""
-        return np.flatnonzero((self._sizes[self.turn] > size).any(1))
+        return np.flatnonzero((self._turned_sizes[self.turn[: len(self.bodies)]] > size).any(1))
 
     def _fitting(self, i: int, size: np.ndarray) -> list[int]:
         """The right-angled turns of a body that go into a box."""
-        return [k for k in self._choices[i] if (self._sizes[k] <= size).all()]
+        return [k for k in self._choices[i] if (self._turned_sizes[k] <= size).all()]
 
     def _add(self, turns: Sequence[_Turn]) -> list[int]:
         """Keep turned bodies, those of equal voxels once; their numbers."""
@@ -254,12 +280,23 @@ def _whole(edges: np.ndarray, voxel: float) -> np.ndarray:
 
 def _in_runs(turned: Turned) -> _Turn:
     voxels, cell = turned.voxels, TUNING.coarse_voxels
-    edges = np.diff(np.pad(voxels, ((0, 0), (0, 0), (1, 1))).astype(np.int8), axis=2)
-    runs = np.column_stack([np.argwhere(edges == 1), np.argwhere(edges == -1)[:, 2]]).astype(np.int32)
     padded = np.pad(voxels.astype(np.float32), [(0, -n % cell) for n in voxels.shape])
     x, y, z = (n // cell for n in padded.shape)
     coarse = padded.reshape(x, cell, y, cell, z, cell).mean((1, 3, 5))
-    return _Turn(turned.rotation, np.array(voxels.shape), np.ascontiguousarray(runs), coarse, turned.centre)
+    return _Turn(turned.rotation, np.array(voxels.shape), _runs(voxels), coarse, turned.centre)
+
+
+def _runs(voxels: np.ndarray) -> np.ndarray:
+    edges = np.diff(np.pad(voxels, ((0, 0), (0, 0), (1, 1))).astype(np.int8), axis=2)
+    return np.ascontiguousarray(np.column_stack([np.argwhere(edges == 1), np.argwhere(edges == -1)[:, 2]]), np.int32)
+
+
+def _turned(body: Body, voxel: float) -> list[Turned]:
+    """A body in its quarter turns, or in those that are wished of it."""
+    if body.wishes.turns is not None:
+        return [_filled(body, turn, voxel) for turn in body.wishes.turns.straight()]
+    filled = _filled(body, np.eye(3), voxel)
+    return [filled.turned(turn, voxel) for turn in quarter_turns()]
 
 
 def _filled(body: Body, rotation: np.ndarray, voxel: float) -> Turned:

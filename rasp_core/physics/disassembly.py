@@ -5,13 +5,12 @@ The container is opened on all sides, so that this is a question to the objects 
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..exact.certificate import TOLERANCE
+from ..exact.certificate import TOLERANCE, pairs_of_boxes
 from ..exact.placing import placed_solid
 from ..geometry.meshes import Body
 from ..util import o3d
@@ -30,14 +29,23 @@ class Removal:
     """What can be taken out.
 
     order : the bodies' names as they can be taken, and the direction `(3,)` of each pull. stuck : those that cannot.
+    pulls : how many directions were tried.
     """
 
     order: list[tuple[str, list[float]]]
     stuck: list[str]
+    pulls: int
 
     def to_dict(self) -> dict:
         """As plain numbers, for `result.json`."""
         return {"order": [{"name": name, "pull": pull} for name, pull in self.order], "stuck": self.stuck}
+
+    def summary(self) -> str:
+        """For people, a line."""
+        if not self.stuck:
+            return "all objects can be taken out one by one by straight pulls"
+        pulls = f"none of {self.pulls} straight pulls takes them out"
+        return f"{len(self.stuck)} objects interlock, {pulls}: {', '.join(self.stuck)}"
 
 
 def remove_all(
@@ -59,7 +67,8 @@ def remove_all(
     if stuck and (apart := _without_what_they_share([bodies[i] for i in stuck], np.asarray(matrices)[stuck])):
         more, rest = _taken(apart, pulls, rays)
         order, stuck = order + [(stuck[i], k) for i, k in more], [stuck[i] for i in rest]
-    return Removal([(bodies[i].name, pulls[k].tolist()) for i, k in order], [bodies[i].name for i in stuck])
+    taken = [(bodies[i].name, pulls[k].tolist()) for i, k in order]
+    return Removal(taken, [bodies[i].name for i in stuck], len(pulls))
 
 
 def _taken(surfaces: Sequence[Surface], pulls: np.ndarray, rays: int) -> tuple[list[tuple[int, int]], list[int]]:
@@ -94,11 +103,10 @@ def _without_what_they_share(bodies: Sequence[Body], matrices: np.ndarray) -> li
     solids = [placed_solid(body, matrix) for body, matrix in zip(bodies, matrices, strict=True)]
     bounds = np.array([solid.bounding_box() for solid in solids]).reshape(-1, 2, 3)
     changed = False
-    for i, j in itertools.combinations(range(len(solids)), 2):
-        if (bounds[i, 0] < bounds[j, 1]).all() and (bounds[j, 0] < bounds[i, 1]).all():
-            shared = (solids[i] ^ solids[j]).volume()
-            if 0 < shared <= TOLERANCE * min(bodies[i].volume, bodies[j].volume):
-                solids[i], changed = solids[i] - solids[j], True
+    for i, j in pairs_of_boxes(bounds):
+        shared = (solids[i] ^ solids[j]).volume()
+        if 0 < shared <= TOLERANCE * min(bodies[i].volume, bodies[j].volume):
+            solids[i], changed = solids[i] - solids[j], True
     meshes = [solid.to_mesh64() for solid in solids] if changed else []
     return [(np.asarray(m.vert_properties, np.float64)[:, :3], np.asarray(m.tri_verts, np.int64)) for m in meshes]
 

@@ -154,7 +154,30 @@ def test_what_is_fixed_must_fit(there, told):
         rasp.pack(blocks(2), rasp.box(*ROOM), "spectral", fixed=there)
 
 
-@pytest.mark.parametrize("given", [{"fixed": THERE}, {"keep_out": THERE}])
-def test_a_box_to_be_found_has_no_places(given):
+def test_what_is_fixed_has_no_place_in_a_box_to_be_found():
     with pytest.raises(InputError, match="need"):
-        rasp.pack(blocks(2), "auto", **given)
+        rasp.pack(blocks(2), "auto", fixed=THERE)
+
+
+@pytest.mark.parametrize("asked", [{}, {"clearance": 0.003}, {"clearance": 0.002, "wall_clearance": 0.004}])
+@pytest.mark.parametrize("separable", [False, True])
+def test_zones_stay_free_in_a_box_whose_height_is_found(asked, separable):
+    """As high as four boxes beside a column: the column's foot is where the box's floor is."""
+    zone = block("column", (0.03, 0.03, 1.0), (0.02, 0.01, 0.49))
+    bodies = blocks(6)
+    packed = rasp.pack(bodies, "auto:0.14,0.12,*", keep_out=[zone], effort=120, separable=separable, **asked)
+    assert packed.certificate.holds
+    assert len(packed.bodies) == len(bodies)
+    assert packed.dismantling is None or packed.dismantling.holds
+    height = packed.container.base.size[2]
+    column = placed_solid(zone, np.eye(4)).translate((0, 0, -height / 2))
+    solids = [placed_solid(body, matrix) for body, matrix in zip(packed.bodies, packed.matrices, strict=True)]
+    for body, solid in zip(packed.bodies, solids, strict=True):
+        assert (solid ^ column).volume() <= 1e-4 * body.volume
+        wall = asked.get("wall_clearance", asked.get("clearance", 0))
+        if wall:
+            assert solid.min_gap(column, 1) >= wall * (1 - 1e-6)
+    top = max(solid.bounding_box()[5] for solid in solids)
+    assert height / 2 - top == pytest.approx(asked.get("wall_clearance", asked.get("clearance", 0)), abs=1e-4)
+    left = height * 0.14 * 0.12 - 0.03 * 0.03 * height
+    assert packed.density == pytest.approx(sum(body.volume for body in packed.bodies) / left)

@@ -1,5 +1,7 @@
 """A search among voxels: what it says is free is free by booleans, and blocks of whole voxels leave no gap."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -9,6 +11,8 @@ from scipy.spatial.transform import Rotation
 from rasp_core.exact.certificate import certify
 from rasp_core.geometry.containers import FreeBox, box
 from rasp_core.geometry.meshes import make_body, unique_names
+from rasp_core.geometry.wishes import Turns, Wishes
+from rasp_core.geometry.zones import box_of, free_without
 from rasp_core.packing.voxel_search import VoxelSearch, choose_size
 from rasp_core.poses import file_to_world
 
@@ -78,3 +82,28 @@ def test_what_is_thinner_than_a_voxel_counts():
 
 def test_the_voxel_is_chosen_by_what_it_rounds():
     assert choose_size(blocks((6, 6, 12), (3, 6, 9)), STRIP, 0.0085) == pytest.approx(VOXEL, rel=0.01)
+
+
+def test_zones_stay_and_are_taken_by_nobody():
+    mesh = trimesh.creation.box((2 * VOXEL, 2 * VOXEL, 1.0))
+    shape = free_without(STRIP, [make_body("post", mesh.vertices, mesh.faces)])
+    bodies = blocks(*[(2, 2, 4)] * 8)
+    search = VoxelSearch(bodies, shape, VOXEL, np.random.default_rng(0))
+    search.begin(np.tile(np.eye(3), (8, 1, 1)), np.zeros((8, 3)), np.array((0.08, 0.08, 0.12)))
+    assert next((k for k in range(200) if search.sweep() == 0), None) is not None
+    rotation, translation = search.poses
+    assert len(rotation) == len(translation) == 8
+    for _ in range(3):
+        matrices = file_to_world(bodies, *map(torch.from_numpy, search.poses))
+        assert certify(bodies, matrices, box_of(shape, search.edges)).holds
+        search.shrink()
+        search.swap()
+        assert next((k for k in range(200) if search.sweep() == 0), None) is not None
+
+
+def test_only_wished_turns_are_tried():
+    flat = Turns("none", np.eye(3)[None], False)
+    bodies = [replace(one, wishes=Wishes(turns=flat)) for one in blocks(*[(2, 2, 4)] * 6)]
+    search, sweeps = searched(bodies, (0.08, 0.08, 0.08), 100)
+    assert sweeps is not None
+    assert (search.poses[0] == np.eye(3)).all()
