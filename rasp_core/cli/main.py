@@ -100,7 +100,12 @@ def _parser() -> _Parser:
         metavar="N|CSV",
         help="all objects in at most N boxes like the container; auto: as few as go; or a table: container, count",
     )
-    pack.add_argument("--keep-out", action="append", metavar="FILE", help="a closed mesh, a zone that stays free")
+    pack.add_argument(
+        "--keep-out",
+        action="append",
+        metavar="FILE",
+        help="a closed mesh, a zone that stays free; up from the floor of a box to be found",
+    )
     pack.add_argument("--settle", action="store_true", help="let the packing fall under gravity, and judge it anew")
     pack.add_argument("--gravity", action="store_true", help="what is found comes to rest under gravity, and stands")
     pack.add_argument("--export", default="", metavar="FORMATS", help="of 3mf,stl,csv: the parts in their places")

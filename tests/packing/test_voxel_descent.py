@@ -21,6 +21,7 @@ class Loose:
         places = np.zeros((8, 3))
         places[:, 2] = 0.1 * (np.arange(8) - 3.5)
         self.poses = Poses(torch.eye(3).double().repeat(8, 1, 1), torch.from_numpy(places))
+        self.edges = self.container.size
         self.holds, self.least, self.asked = holds, least, []
 
     def hold(self, poses, edges):
