@@ -163,11 +163,12 @@ class Problem:
         device: str | torch.device = "cpu",
         dtype: torch.dtype = torch.float32,
         viewing_volume: float = MARGIN,
+        stray: float = 0.0,
     ) -> Scene:
-        """The problem's tensors on a device; viewing_volume : as in `Settings`."""
+        """The problem's tensors on a device; viewing_volume : as in `Settings`; stray : as in `Scene`."""
         wide = viewing_volume if self.shows_the_container else MARGIN
         cameras = self.cameras or self.container.views(wide)
-        return Scene(self.bodies, self.container, cameras, device, dtype, self.obstacles)
+        return Scene(self.bodies, self.container, cameras, device, dtype, self.obstacles, stray=stray)
 
     def target_images(self, scene: Scene, resolution: int, shadow: str = "silhouette") -> Tensor:
         """What a shadow in SHADOWS is compared with, on the scene's device: silhouettes `(K, H, W)`, or slices

@@ -28,7 +28,7 @@ class Scene:
     outlines, stack, views : what the losses need, see their modules. half `(N, 3)`, radius `(N,)`: the bodies' boxes
     and spheres. samples : points on their surfaces. width : the widest view's, metres. movers : how many of the bodies,
     the first ones, may move, about the axes that `freedom` `(movers, 3)` says, all if None; the `obstacles` behind them
-    stay. stack : the bodies' grids, where they are at hand.
+    stay. stack : the bodies' grids, where they are at hand. stray : metres by which the outlines may stray.
 
     Raises InputError where nothing can move.
     """
@@ -42,6 +42,7 @@ class Scene:
         dtype: torch.dtype = torch.float32,
         obstacles: int = 0,
         stack: GridStack | None = None,
+        stray: float = 0.0,
     ):
         if not 0 <= obstacles < len(bodies):
             raise InputError("there is nothing to arrange; give at least one object that may move")
@@ -49,7 +50,7 @@ class Scene:
         self.bodies, self.container, self.cameras = list(bodies), container, list(cameras)
         self.device, self.dtype = resolve_device(device), dtype
         self.width = max(camera.width for camera in cameras)
-        self.outlines = Outlines(bodies, self.device, dtype)
+        self.outlines = Outlines(bodies, self.device, dtype, stray)
         self.stack = GridStack.of_bodies(bodies, self.device, dtype) if stack is None else stack
         self.views = Views(cameras, self.device, dtype)
         self.moving_vertices = sum(len(body.solid_vertices) for body in bodies[: self.movers])

@@ -99,6 +99,12 @@ class Body:
         core = None if self.core is None else self.core.scaled(factor)
         return replace(self, **lengths, volume=self.volume * factor**3, core=core, growth=self.growth * factor)
 
+    def simplified(self, stray: float) -> Body:
+        """The body with a surface of fewer triangles that strays by so many metres at most; `volume` is as it was."""
+        mesh = self.manifold.simplify(stray).to_mesh64()
+        vertices, faces = np.array(mesh.vert_properties)[:, :3], np.array(mesh.tri_verts, np.int64)
+        return replace(self, solid_vertices=vertices, solid_faces=faces)
+
     def moved(self, shift: np.ndarray) -> Body:
         """The body `shift` `(3,)` metres from where its file has it."""
         core = None if self.core is None else self.core.moved(shift)

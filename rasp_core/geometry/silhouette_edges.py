@@ -19,9 +19,13 @@ class Outlines:
 
     vertices `(V, 3)`, vertex_body `(V,)`; normals `(F, 3)` not normalised, offsets `(F,)` = normal . vertex,
     face_body `(F,)`; edges `(E, 4)` int64: from vertex, to vertex, face on the left, face on the right.
+    stray : metres by which surfaces may stray from the bodies', with fewer triangles; 0 for the surfaces themselves.
     """
 
-    def __init__(self, bodies: Sequence[Body], device: str | torch.device = "cpu", dtype=torch.float32):
+    def __init__(
+        self, bodies: Sequence[Body], device: str | torch.device = "cpu", dtype=torch.float32, stray: float = 0.0
+    ):
+        bodies = [_simplified(SolidKey(body), stray) for body in bodies] if stray else bodies
         vertices, faces, edges, vertex_body, face_body = [], [], [], [], []
         v_at = f_at = 0
         for i, body in enumerate(bodies):
@@ -106,6 +110,11 @@ def contour_edges(outlines: Outlines, rotation: Tensor, translation: Tensor, vie
     place, real = capacity.found((left != right).flatten(), "contour edges")
     view, edge = torch.div(place, left.shape[1], rounding_mode="floor"), place % left.shape[1]
     return view, edge, left[view, edge].to(torch.int32) * 2 - 1, real
+
+
+@lru_cache(maxsize=1024)
+def _simplified(key: SolidKey, stray: float) -> Body:
+    return key.body.simplified(stray)
 
 
 @lru_cache(maxsize=1024)

@@ -115,6 +115,7 @@ class _Run:
         self.spent, self.watch = Budget(time_limit).spent, watch or (lambda chosen, poses, losses: None)
         self.layout = Layout(chosen, Poses.random([pool[i] for i in chosen], container, settings.seed))
         self.histories, self.pulls, self.rounds = [], [], []
+        self.stray = 0.0  # of outlines, metres
         self.bar = progress_bar("pack", "it", progress)
 
     def fixed(self) -> Packing:
@@ -126,7 +127,7 @@ class _Run:
     def search(self) -> Packing:
         """Objects dropped and added until N = N_max."""
         separation = Separation(self.pool, self.container, self.settings, torch.device("cpu"), self.spent, shadows=True)
-        interrupted = False
+        self.stray, interrupted = separation.stray, False
         try:
             self._descend()
             self._settle(separation)
@@ -159,7 +160,7 @@ class _Run:
             learning_rate=4e-3,
             contact_weight=1.0,
         )
-        rough = [_simplified(body) for body in self.pool]
+        rough = [body.simplified(TUNING.simplified_by_of_radius * body.radius) for body in self.pool]
         self._round(first)
         self._judge(rough)
         while self._share_at_fault > TUNING.resolvable_fault_fraction and len(self.layout) > 1 and not self.spent():
@@ -201,7 +202,8 @@ class _Run:
         problem = Problem(self.layout.bodies(self.pool), self.container)
         # a GPU is quick where nothing has to be looked up between iterations, as what may come into contact has
         device = "cpu" if settings.contact_weight else self.device
-        run = optimize(problem, settings, self.layout.poses, device, callback=self._after_step)
+        scene = problem.scene(device, viewing_volume=settings.viewing_volume, stray=self.stray)
+        run = optimize(problem, settings, self.layout.poses, device, scene=scene, callback=self._after_step)
         self.layout = Layout(self.layout.chosen, run.poses)
         self.histories.append(run.history)
         self.pulls.append(run.pulls)
@@ -248,9 +250,3 @@ class _Run:
         rank = Worth(self.pool).rank[self.layout.chosen]
         rank = np.where(fraction > 0, rank, rank.max() + 1)  # of those at fault the least ranks first
         self.layout = self.layout.take(sorted(np.lexsort((-fraction, rank))[count:].tolist()))
-
-
-def _simplified(body: Body) -> Body:
-    """The body with a surface of fewer triangles, which strays a little; `volume` is as it was."""
-    mesh = body.manifold.simplify(TUNING.simplified_by_of_radius * body.radius).to_mesh64()
-    return replace(body, solid_vertices=np.array(mesh.vert_properties)[:, :3], solid_faces=np.array(mesh.tri_verts))

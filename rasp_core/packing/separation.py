@@ -44,6 +44,7 @@ class SeparationTuning:
     most_pixels: int = 128  # along a silhouette; fewer, as there are fewer points, keep the balance of their sums
     obstacles_within_mean_radii: float = 0.5  # how far about the movers' boxes the others are looked at
     unseen_pixels: int = 8  # along a silhouette, where shadows do not guide
+    outlines_stray_px: float = 0.05  # where they guide: fine meshes are drawn with fewer triangles
     pressing_shadow_fraction: float = 0.1  # of their weight; with all of it thin objects are pressed into each other
     settling_shadow_fraction: float = 0.005  # while contact alone takes the rest
     softness_px: float = 2.0  # of shadows at first, for a 256 pixel image
@@ -94,8 +95,11 @@ class Separation:
         self.half = torch.tensor(np.array([body.half_extents for body in pool])).float()
         cameras = container.views(self.settings.viewing_volume)
         self.width = max(camera.width for camera in cameras)
+        self.stray = TUNING.outlines_stray_px * self.width / self.settings.resolution if shadows else 0.0
         # the last scene serves again, as settling follows pressing with the same objects
-        self._scene = lru_cache(maxsize=1)(partial(_scene, self.pool, container, cameras, device, self.stack))
+        self._scene = lru_cache(maxsize=1)(
+            partial(_scene, self.pool, container, cameras, device, self.stack, self.stray)
+        )
         self.history: list[np.ndarray] = []
         self.pulls: list[np.ndarray] = []
         self.successes: deque[dict[int, float]] = deque(maxlen=TUNING.successes_remembered)
@@ -252,9 +256,10 @@ def _scene(
     cameras: Sequence[Camera],
     device: torch.device,
     stack: GridStack,
+    stray: float,
     chosen: tuple[int, ...],
     obstacles: int,
 ) -> Scene:
     """The tensors of some of the pool's objects, the last `obstacles` of which stay where they are."""
     bodies = [pool[index] for index in chosen]
-    return Scene(bodies, container, cameras, device, obstacles=obstacles, stack=stack.take(list(chosen)))
+    return Scene(bodies, container, cameras, device, obstacles=obstacles, stack=stack.take(list(chosen)), stray=stray)

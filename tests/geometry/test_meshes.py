@@ -9,6 +9,7 @@ import trimesh
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rasp_core.geometry.growing import grown
 from rasp_core.geometry.meshes import Body, body_of_solid, make_body, unique_names
 from rasp_core.geometry.shells import is_closed
 from rasp_core.util.errors import MeshError
@@ -153,3 +154,23 @@ def test_bodies_that_outlive_the_program_are_not_reported_as_leaks():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert (done.stdout, done.stderr) == ("True\n", "")
+
+
+def test_a_body_that_is_moved_is_so_with_what_it_was_grown_from():
+    shift, body = np.array([1.0, 2, 3]), grown(make_body("cube", *moved(CUBE, (0, 0, 0))), 0.1)
+    after_all = body.moved(shift)
+    for before, after in ((body, after_all), (body.core, after_all.core)):
+        assert after.vertices == pytest.approx(before.vertices + shift)
+        assert after.placed(np.eye(4)) == pytest.approx(before.placed(np.eye(4)) + shift)
+    assert after_all.digest == body.digest
+
+
+def test_a_simplified_body_strays_no_further_than_was_said():
+    ball = trimesh.creation.icosphere(subdivisions=5)
+    body = make_body("ball", ball.vertices, ball.faces)
+    rough = body.simplified(0.01)
+    assert len(rough.solid_faces) < 0.2 * len(body.solid_faces)
+    assert (rough.volume, rough.name) == (body.volume, body.name)
+    assert np.linalg.norm(rough.solid_vertices, axis=1) == pytest.approx(1, abs=0.01)
+    middles = rough.solid_vertices[rough.solid_faces].mean(1)
+    assert np.linalg.norm(middles, axis=1).min() > 1 - 0.02

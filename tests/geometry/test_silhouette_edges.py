@@ -3,11 +3,14 @@
 import numpy as np
 import pytest
 import torch
+import trimesh
 
 from data_fetch import cad_like
 from rasp_core import poses
 from rasp_core.geometry.cameras import Camera
+from rasp_core.geometry.meshes import make_body
 from rasp_core.geometry.silhouette_edges import Outlines, Views, contour_edges, project
+from rasp_core.silhouettes import render
 
 
 def test_every_edge_has_a_face_on_each_side_that_runs_along_and_against_it():
@@ -74,3 +77,14 @@ def test_contour_edges_part_a_face_that_is_seen_from_one_that_is_not(seen):
     view, edge = np.nonzero(sides[..., 0] != sides[..., 1])
     assert np.array_equal(np.stack([view, edge]), torch.stack(found[:2]).numpy())
     assert np.array_equal(found[2].numpy(), 2 * sides[view, edge, 0] - 1)
+
+
+def test_outlines_that_may_stray_by_a_twentieth_of_a_pixel_look_the_same():
+    ball = trimesh.creation.icosphere(subdivisions=5, radius=0.1)
+    body = make_body("ball", ball.vertices, ball.faces)
+    exact, rough = Outlines([body]), Outlines([body], stray=0.05 * 0.3 / 64)
+    assert len(rough.normals) < 0.5 * len(exact.normals)
+    turn, place = torch.eye(3)[None], torch.zeros(1, 3)
+    images = [render(outlines, turn, place, Views(CAMERAS[1:]), 64) for outlines in (exact, rough)]
+    assert (images[0] - images[1]).abs().max() < 0.1
+    assert images[1].sum().item() == pytest.approx(images[0].sum().item(), rel=3e-3)
