@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from ..visualize.loading_order import LoadingOrder
     from ..visualize.recording import Recording
 
+SEARCHED = 0.8  # of the time for a box to be found that is to come apart; the rest closes it up again
 VOXELS = 160  # along the container's longest edge, in which the density is counted again
 
 
@@ -212,6 +213,7 @@ def pack(
     <Packing 6 of 6 objects, density 0.053, certified>
     """
     began = time.monotonic()
+    ends = np.inf if time_limit is None else began + time_limit
     bodies, room, there = as_bodies(parts), with_zones(as_container(container), keep_out), as_fixed(fixed)
     bodies = named_apart(bodies, there)
     method = methods.resolve_method(method, room)
@@ -225,6 +227,8 @@ def pack(
         raise InputError("record shows all objects on their way, and fixed ones stay in their places; leave one out")
     if separable:
         check_open(bodies, room)
+        if time_limit and isinstance(room, FreeBox):
+            given["time_limit"] = SEARCHED * time_limit
     if gravity:
         check_may_rest([*bodies, *there], room, clearance, wall_clearance, separable)
     recorder, chosen = _recorder(bodies, room) if record else None, resolve_device(device)
@@ -243,8 +247,9 @@ def pack(
         **given,
     )
     if separable:
-        pool = [*bodies, *there]
-        packed = made_separable(packed, pool, room, clearance_of(pool, clearance, wall_clearance), count, chosen)
+        pool, late = [*bodies, *there], lambda: time.monotonic() > ends
+        asked = clearance_of(pool, clearance, wall_clearance)
+        packed = made_separable(packed, pool, room, asked, count, chosen, late)
     resting = None
     if gravity:
         packed, resting = made_resting(packed, bodies, room, count, chosen)

@@ -7,7 +7,7 @@ where there is room, so that it comes out first. Where all objects are to be in 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,11 +21,13 @@ from ..geometry.zones import box_of
 from ..poses import from_matrices
 from ..util.errors import InputError
 from .clearance import Clearance
+from .closing_up import closed_up
 from .dropping import drop
 from .enclosing_box import enclosing_box
 from .pool import Worth
 from .result import Packing, finish_anew
 
+MOST_CLOSED_UP = 250  # objects, of which the linear programmes are solved in seconds
 TRIES = 8  # of what to take out, all but the first by chance
 SPREAD = 0.5  # of the logarithm of what chance makes of a choice's worth
 CLOSED = (
@@ -49,11 +51,13 @@ def made_separable(
     clearance: Clearance | None = None,
     most: int | None = None,
     device: str | torch.device = "cpu",
+    late: Callable[[], bool] = lambda: False,
 ) -> Packing:
     """The packing, or as much of it as comes apart and what is dropped on that, certified anew; `dismantling` says how.
 
     pool : that `packed.chosen` counts, of which fixed bodies stay and are in the way. container : that was asked for.
-    clearance : of the pool. most : objects, at most. A packing that comes apart, or does not hold, keeps its poses.
+    clearance : of the pool. most : objects, at most. late : whether time is over, in which a box to be found is closed
+    up again. A packing that comes apart, or does not hold, keeps its poses.
     Raises InputError if not one object comes out through the top, however few there are.
     """
     ways = Ways(packed.bodies, packed.matrices, packed.container)
@@ -78,21 +82,33 @@ def made_separable(
     def finished(more: Sequence[tuple[int, np.ndarray]]) -> Packing:
         order = sorted([*zip(chosen, matrices, strict=True), *more], key=lambda one: pool[one[0]].wishes.fixed)
         indices, placed = [i for i, _ in order], np.array([matrix for _, matrix in order])
-        poses, about = from_matrices([pool[i] for i in indices], placed), room
+        return proven(indices, placed, room.base.size)
+
+    def proven(indices: list[int], placed: np.ndarray, edges: np.ndarray | None) -> Packing:
+        bodies, about = [pool[i] for i in indices], room
+        poses = from_matrices(bodies, placed)
         if free is not None:
             wall = 0.0 if clearance is None else clearance.wall
-            floor = room.base.size - 2 * wall if free.zones else None
-            closest, poses = enclosing_box([pool[i] for i in indices], poses, shrunk_shape(free, wall), floor)
+            floor = edges - 2 * wall if free.zones else None
+            closest, poses = enclosing_box(bodies, poses, shrunk_shape(free, wall), floor)
             about = box_of(free, closest.base.size + 2 * wall)
         again = finish_anew(packed, pool, indices, poses, about, device, clearance)
         left_out = [pool[i].name for i in packed.chosen if i not in set(indices)]
-        proven = take_apart(Ways(again.bodies, again.matrices, again.container), left_out)
-        return replace(again, dismantling=proven)
+        return replace(again, dismantling=take_apart(Ways(again.bodies, again.matrices, again.container), left_out))
 
     whole = finished(dropped)
-    if whole.certificate.holds and whole.dismantling.holds:
+    if not _held(whole):
+        return finished([])  # voxels let something through, which is rare
+    if free is None or len(whole.chosen) > MOST_CLOSED_UP:
         return whole
-    return finished([])  # voxels let something through, which is rare
+    of_these = None if clearance is None else Clearance(clearance.parts[whole.chosen], clearance.wall)
+    tighter = closed_up(whole.bodies, whole.matrices, free, whole.container.base.size, of_these, late)
+    closed = whole if tighter is None else proven(whole.chosen, *tighter)
+    return closed if _held(closed) else whole
+
+
+def _held(packed: Packing) -> bool:
+    return packed.certificate.holds and packed.dismantling.holds
 
 
 def locking(ways: Ways, locked: Sequence[int], weight: np.ndarray) -> set[int]:
