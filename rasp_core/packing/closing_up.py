@@ -23,8 +23,8 @@ def closed_up(
     clearance: Clearance | None,
     late: Callable[[], bool],
 ) -> tuple[np.ndarray, np.ndarray] | None:
-    """Where bodies placed by `matrices` `(N, 4, 4)` in a box of `edges` `(3,)` come to by `Compaction`, and the edges of
-    a smaller box; None if it gets no smaller or does not hold.
+    """Where bodies placed by `matrices` `(N, 4, 4)` in a box of `edges` `(3,)` come to by `Compaction`, and the smaller
+    box's edges; None if it gets no smaller or does not hold.
 
     clearance : of these bodies, which is kept. late : whether time is over.
     """
