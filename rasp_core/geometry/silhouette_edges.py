@@ -13,6 +13,8 @@ from ..util import capacity
 from .cameras import Camera
 from .meshes import Body, SolidKey
 
+AREA_KEPT = 0.9  # of a surface that is simplified
+
 
 class Outlines:
     """The closed surfaces of N bodies, laid out to find contour edges.
@@ -114,7 +116,10 @@ def contour_edges(outlines: Outlines, rotation: Tensor, translation: Tensor, vie
 
 @lru_cache(maxsize=1024)
 def _simplified(key: SolidKey, stray: float) -> Body:
-    return key.body.simplified(stray)
+    """The body simplified; itself where parts thinner than it may stray, which can be large in a shadow, would go."""
+    body, rough = key.body, key.body.simplified(stray)
+    kept = len(rough.solid_faces) and rough.manifold.surface_area() > AREA_KEPT * body.manifold.surface_area()
+    return rough if kept else body
 
 
 @lru_cache(maxsize=1024)

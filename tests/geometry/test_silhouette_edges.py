@@ -88,3 +88,14 @@ def test_outlines_that_may_stray_by_a_twentieth_of_a_pixel_look_the_same():
     images = [render(outlines, turn, place, Views(CAMERAS[1:]), 64) for outlines in (exact, rough)]
     assert (images[0] - images[1]).abs().max() < 0.1
     assert images[1].sum().item() == pytest.approx(images[0].sum().item(), rel=3e-3)
+
+
+@pytest.mark.parametrize("edges", [(0.1, 0.1, 1e-5), (0.1, 0.05, 2e-4)])
+def test_a_foil_thinner_than_outlines_may_stray_keeps_its_shadow(edges):
+    foil = trimesh.creation.box(edges)
+    body = make_body("foil", foil.vertices, foil.faces)
+    turn, place = torch.eye(3)[None], torch.zeros(1, 3)
+    above = Views([Camera(0, 90, 0.3)])
+    seen = [render(Outlines([body], stray=stray), turn, place, above, 64).sum().item() for stray in (0.0, 5e-4)]
+    assert seen[1] == pytest.approx(seen[0], rel=1e-3)
+    assert seen[0] == pytest.approx(edges[0] * edges[1] * (64 / 0.3) ** 2, rel=0.02)
