@@ -215,9 +215,10 @@ def test_a_run_is_not_judged_by_a_clearance_that_is_none(cans, tmp_path, capsys)
     for wrong in ("nan", "-1"):
         assert main(["check", str(out), "--clearance", wrong]) == 2
         assert "must be a length of 0 or more" in capsys.readouterr().err
-    (out / "result.json").write_text("{")
-    assert main(["check", str(out)]) == 2
-    assert "result.json: cannot be read" in capsys.readouterr().err
+    for wrong in ("{", "[]"):
+        (out / "result.json").write_text(wrong)
+        assert main(["check", str(out)]) == 2
+        assert "result.json: cannot be read" in capsys.readouterr().err
 
 
 def test_one_goes_on_with_a_run_beside_a_zone(cans, tmp_path, capsys):

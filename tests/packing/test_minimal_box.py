@@ -1,6 +1,7 @@
 """The smallest box holds all, certified, never grows, and keeps its shape."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -104,6 +105,21 @@ def test_ctrl_c_returns_the_best_so_far(monkeypatch):
 def test_time_ends_a_search():
     packed = minimal_box.pack(kitchen_like(4), parse("auto"), QUICK, time_limit=1e-6)
     assert packed.certificate.holds
+
+
+def test_a_first_placement_that_cannot_be_made_to_hold_is_an_error(monkeypatch):
+    monkeypatch.setattr("rasp_core.packing.best_box.certify", lambda *_: SimpleNamespace(holds=False))
+    with pytest.raises(InputError, match="not all objects fit between the fixed edges"):
+        minimal_box.pack(kitchen_like(2), parse("auto:0.2,0.2,*"), QUICK, effort=1)
+
+
+def test_parts_that_fill_the_fixed_edges_with_their_clearance_are_boxed():
+    """Two blocks and three gaps are as long as the box, to a thousandth of a voxel."""
+    block = trimesh.creation.box((0.05, 0.05, 0.05))
+    bodies = unique_names([make_body("block", block.vertices, block.faces)] * 2)
+    found = search("dense", bodies, parse("auto:0.1061,0.0541,*"), effort=2, clearance=0.002)
+    assert found.certificate.holds
+    assert len(found.chosen) == 2
 
 
 def test_bad_input_is_refused():
