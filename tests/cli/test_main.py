@@ -173,3 +173,14 @@ def test_a_container_that_is_closed_at_its_top_gives_nothing_out(cans, tmp_path,
     assert main([*command, "--out", str(tmp_path / "out")]) == 2
     assert "not one object can be pulled straight out" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_the_least_height_about_a_zone_is_told_and_checked(cans, tmp_path, capsys):
+    post, out = tmp_path / "post.stl", tmp_path / "out"
+    trimesh.creation.box((0.03, 0.03, 1.0)).export(post)  # half of it below the floor
+    room = ["--container", "auto:0.2,0.2,*", "--keep-out", str(post)]
+    assert main(["pack", str(cans), *room, "--effort", "3", "--out", str(out)]) == 0
+    assert " in a box of 0.2 x 0.2 x " in capsys.readouterr().out
+    assert main(["check", str(out)]) == 0
+    assert main(["pack", str(cans), "--container", "auto", "--keep-out", str(post), "--out", str(out)]) == 2
+    assert "name it, as in auto:0.3,0.2,*" in capsys.readouterr().err
