@@ -9,6 +9,7 @@ see `data_fetch.nesting`: half a per cent proves nothing.
 """
 
 import argparse
+import csv
 import os
 import platform
 import tempfile
@@ -31,8 +32,9 @@ def heights(instance, arm: str, seeds: int, seconds: float, out: Path, workers: 
     shared = {"objects": as_files(instance.bodies, out / instance.name), "container": f"auto:{base},*", "method": arm}
     if arm == RIGHT:
         table = out / f"{instance.name}.csv"
-        rows = [f'"{instance.name}/{body.name}.stl",90' for body in instance.bodies]
-        table.write_text("\n".join(["file,turns", *rows]) + "\n", encoding="utf-8")
+        with table.open("w", newline="", encoding="utf-8") as file:
+            rows = ([f"{instance.name}/{body.name}.stl", "90"] for body in instance.bodies)
+            csv.writer(file).writerows([["file", "turns"], *rows])
         shared |= {"objects": [], "parts": str(table), "method": "dense"}
     runs = [{**shared, "seed": seed, "time_limit": seconds} for seed in range(seeds)]
     volume, area = sum(body.volume for body in instance.bodies), np.prod(instance.base)
