@@ -133,8 +133,9 @@ def forget(folder: Path) -> None:
             files = []
         (folder / RECORD).unlink()
         for name in files if isinstance(files, list) else []:
-            if (folder / Path(str(name)).name).is_file():
-                (folder / Path(str(name)).name).unlink()
+            file = folder / Path(str(name)).name
+            if file.is_file():
+                file.unlink()
 
 
 def box_folder(number: int | str) -> str:

@@ -21,8 +21,6 @@ def without(container: Container, zones: Sequence[Body], whole: Container | None
     whole : as in `Container`. Raises InputError for a zone that does not meet the container, or if nothing is left.
     """
     base, all_zones = container.base, [*container.zones, *zones]
-    hull = base.body.manifold.translate(base.body.centre)
-    solids = [zone.manifold.translate(zone.centre) for zone in all_zones]
     for zone in all_zones:
         if not _meets(zone, base):
             low, high = (" x ".join(f"{c:.3g}" for c in corner) for corner in base.bounds)
@@ -30,6 +28,14 @@ def without(container: Container, zones: Sequence[Body], whole: Container | None
                 f"{zone.name}: lies outside the container, which reaches from {low} m to {high} m; move it or leave it "
                 "out"
             )
+    return _cut(container, all_zones, whole)
+
+
+def _cut(container: Container, all_zones: Sequence[Body], whole: Container | None = None) -> Container:
+    """The container without all its zones, which reach into it."""
+    base = container.base
+    hull = base.body.manifold.translate(base.body.centre)
+    solids = [zone.manifold.translate(zone.centre) for zone in all_zones]
     left = hull - manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Add)
     if left.volume() <= 0:
         raise InputError(f"{', '.join(zone.name for zone in all_zones)}: nothing of the container is left beside them")
@@ -63,7 +69,7 @@ def box_of(shape: FreeBox, edges: np.ndarray) -> Container:
     """
     room = box(edges)
     inside = [zone for zone in _lowered(shape.zones, edges[2]) if _meets(zone, room)]
-    return without(room, inside) if inside else room
+    return _cut(room, inside) if inside else room
 
 
 def distance_to(zone: Body, points: np.ndarray) -> np.ndarray:

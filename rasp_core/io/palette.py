@@ -13,11 +13,18 @@ SPREAD = 6.0  # of 255: how far the pattern that breaks bands up moves a pixel's
 ORDER = np.array([[0, 8, 2, 10], [12, 4, 14, 6], [3, 11, 1, 9], [15, 7, 13, 5]])  # a 4 x 4 threshold matrix
 
 
-def png(pixels: np.ndarray) -> bytes:
-    """A PNG of `pixels` `(H, W, 3)` uint8 in 256 colours: a third of its size in all colours. White stays white."""
+def png(pixels: np.ndarray, large: float = np.inf) -> bytes:
+    """A PNG of `pixels` `(H, W, 3)` uint8 in 256 colours: a third of its size in all colours. White stays white.
+
+    large : bytes, above which it is in 128 colours.
+    """
+    found = _png(pixels, 256)
+    return found if len(found) <= large else _png(pixels, 128)
+
+
+def _png(pixels: np.ndarray, colours: int) -> bytes:
     data = io.BytesIO()
-    palette = _chosen(pixels, 256)
-    _indexed(pixels, palette, SPREAD).save(data, "PNG", optimize=True)
+    _indexed(pixels, _chosen(pixels, colours), SPREAD).save(data, "PNG", optimize=True)
     return data.getvalue()
 
 

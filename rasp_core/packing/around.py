@@ -10,14 +10,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 import numpy as np
 import torch
 
 from ..exact.certificate import certify
 from ..geometry.containers import Container, FreeBox
-from ..geometry.growing import TooNarrow, grown, shrunk, shrunk_shape
+from ..geometry.growing import TooNarrow, shrunk, shrunk_shape
 from ..geometry.loading import UNITS
 from ..geometry.meshes import Body
 from ..geometry.zones import box_of, without
@@ -54,15 +53,14 @@ def pack_apart(
     """
     _check_fixed(fixed, container)
     asked = Clearance(np.zeros(len(bodies) + len(fixed)), 0.0) if clearance is None else clearance
-    began, growth = time.monotonic(), asked.growth
-    margin = asked.wall - float(growth.min(initial=np.inf))
+    began, margin = time.monotonic(), asked.margin
     try:
         room = shrunk_shape(container, margin) if isinstance(container, FreeBox) else shrunk(container, margin)
     except TooNarrow:
         kept = f"{asked.wall / UNITS[unit]:.3g} {unit}"
         raise InputError(f"nothing of the container is {kept} from its wall; ask for less clearance") from None
     pool = [*bodies, *fixed]
-    large = _grown(pool, growth, progress)
+    large = _grown(pool, asked, progress)
     if fixed:
         room = without(room, large[len(bodies) :], whole=container)
     left = None if time_limit is None else max(LEAST_SECONDS, time_limit - (time.monotonic() - began))
@@ -101,11 +99,10 @@ def _check_fixed(fixed: Sequence[Body], container: Container | FreeBox) -> None:
         )
 
 
-def _grown(bodies: Sequence[Body], growth: np.ndarray, progress: bool) -> list[Body]:
+def _grown(bodies: Sequence[Body], clearance: Clearance, progress: bool) -> list[Body]:
     large = []
     with progress_bar("clearance", "object", progress and len(bodies) > FEW_TO_GROW, len(bodies)) as bar:
-        for body, radius in zip(bodies, growth.tolist(), strict=True):
-            apart = replace(body.wishes, clearance=None)  # the search itself keeps none
-            large.append(replace(grown(body, radius) if radius > 0 else body, wishes=apart))
+        for i, body in enumerate(bodies):
+            large.append(clearance.grown(i, body))
             bar.update()
     return large

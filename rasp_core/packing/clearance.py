@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from numbers import Real
 
 import numpy as np
 
 from ..exact.gaps import check_lengths
+from ..geometry.growing import grown
 from ..geometry.meshes import Body
 from ..util.errors import InputError
 
@@ -30,11 +32,21 @@ class Clearance:
         check_lengths("clearance", self.parts)
         check_lengths("wall clearance", np.array(self.wall))
 
-    @property
+    @cached_property
     def growth(self) -> np.ndarray:
         """`(N,)` metres by which each body is grown: of two, together at least the larger clearance."""
         least = max(self.parts.min(initial=np.inf), 2 * LEAST_GROWTH * self.wall)
         return np.maximum(self.parts, least) - least / 2
+
+    @property
+    def margin(self) -> float:
+        """Metres by which a container is shrunk for grown bodies: what of the wall's clearance they have not grown."""
+        return self.wall - float(self.growth.min(initial=np.inf))
+
+    def grown(self, index: int, body: Body) -> Body:
+        """A body of the pool, by its number there, grown; that keeps any clearance, and it asks for none itself."""
+        radius = float(self.growth[index])
+        return replace(grown(body, radius) if radius > 0 else body, wishes=replace(body.wishes, clearance=None))
 
 
 def clearance_of(

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from ..geometry.containers import FreeBox
-from ..geometry.growing import grown, shrunk_shape
+from ..geometry.growing import shrunk_shape
 from ..geometry.meshes import Body
 from ..poses import file_to_world, from_matrices
 from .best_box import BestBox
@@ -30,9 +30,7 @@ def closed_up(
     """
     large, margin = list(bodies), 0.0
     if clearance is not None:
-        growth = clearance.growth
-        large = [grown(body, g) if g > 0 else body for body, g in zip(bodies, growth.tolist(), strict=True)]
-        margin = clearance.wall - float(growth.min())
+        large, margin = [clearance.grown(i, body) for i, body in enumerate(bodies)], clearance.margin
     inner, start = shrunk_shape(shape, margin), from_matrices(large, matrices)
     compaction, room = Compaction(large, inner), edges - 2 * margin
     found = compaction.run(start.rotation.numpy(), start.translation.numpy(), room, late)

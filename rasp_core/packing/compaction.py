@@ -21,10 +21,10 @@ from scipy.sparse import coo_matrix, hstack
 from scipy.spatial.transform import Rotation
 
 from ..geometry.containers import FreeBox
-from ..geometry.mesh_distance import MeshDistance
 from ..geometry.meshes import Body
 from ..geometry.surface_points import surface_points
 from ..poses import Poses, freedom_of
+from .mesh_distance import MeshDistance
 
 
 @dataclass(frozen=True)
@@ -48,6 +48,7 @@ class CompactionTuning:
 
 
 TUNING = CompactionTuning()
+MOST_BODIES = 250  # of which the linear programmes are solved in seconds
 
 
 class Contact(NamedTuple):
@@ -167,16 +168,20 @@ class Compaction:
             meets[b] = False
             if b >= self.count:  # zones may overlap
                 meets[self.count :] = False
-            near = [(a, placed[a][_within(placed[a], low[b] - reach, high[b] + reach)]) for a in np.flatnonzero(meets)]
-            near = [(a, points) for a, points in near if len(points)]
-            if not near:
+            inside = {a: placed[a][_within(placed[a], low[b] - reach, high[b] + reach)] for a in np.flatnonzero(meets)}
+            points = np.concatenate([np.empty((0, 3)), *inside.values()])
+            owner = np.repeat(list(inside), [len(some) for some in inside.values()]).astype(int)
+            local = (points - translation[b]) @ rotation[b]
+            maybe = distance.maybe_within(local, reach)
+            if not maybe.any():
                 continue
-            apart, away = distance.at((np.concatenate([p for _, p in near]) - translation[b]) @ rotation[b])
+            owner, points = owner[maybe], points[maybe]
+            apart, away = distance.at(local[maybe])
             away = away @ rotation[b].T
-            ends = np.cumsum([len(points) for _, points in near])[:-1]
-            for (a, points), gaps, out in zip(near, np.split(apart, ends), np.split(away, ends), strict=True):
-                nearest = np.argsort(gaps)[: TUNING.points_of_pair]
-                found.append(Contact(int(a), b, points[nearest], out[nearest], gaps[nearest]).within(reach))
+            for a in np.unique(owner):
+                of_a = np.flatnonzero(owner == a)
+                nearest = of_a[np.argsort(apart[of_a])[: TUNING.points_of_pair]]
+                found.append(Contact(int(a), b, points[nearest], away[nearest], apart[nearest]).within(reach))
         return [contact for contact in found if len(contact.points)]
 
     # -- a step --------------------------------------------------------------------------------------------------------

@@ -18,7 +18,6 @@ import torch
 
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
-from ..geometry.wishes import quarter_turns
 from ..poses import Poses
 from ..problem import Settings
 from ..util.budget import Budget
@@ -28,7 +27,7 @@ from .layout import Layout
 from .pool import Worth, kind
 from .result import Packing, finish
 from .slant import is_long, slanted_turns
-from .voxel_correlation import Room, Turned, choose_voxel
+from .voxel_correlation import Room, Turned, choose_voxel, straight
 
 RULES = {"spectral": Room.snuggest, "dblf": Room.deepest, "heightmap": Room.flattest}
 SHUFFLE = 0.15  # of the order by volume, when the container is filled anew
@@ -183,20 +182,11 @@ class Placement:
         """The body's distinct quarter turns."""
         if kind(body) not in self.turns:
             found: list[Turned] = []
-            for turned in self._straight(body):
+            for turned in straight(body, self.room.voxel, Turned.covering):
                 if not any(np.array_equal(turned.voxels, other.voxels) for other in found):
                     found.append(turned)
             self.turns[kind(body)] = found
         return self.turns[kind(body)]
-
-    def _straight(self, body: Body) -> Iterable[Turned]:
-        """The body in its quarter turns, or in those that are wished of it."""
-        voxel, wished = self.room.voxel, body.wishes.turns
-        if wished is None:
-            straight = Turned.covering(body, np.eye(3), voxel)
-            yield from (straight.turned(quarter, voxel) for quarter in quarter_turns())
-        else:
-            yield from (Turned.covering(body, turn, voxel) for turn in wished.straight())
 
     def _slanted(self, body: Body) -> list[Turned]:
         """A long body as the container's diagonals run, a few turns that fit the empty container; none if a quarter

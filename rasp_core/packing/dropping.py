@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from ..geometry.containers import Container, FreeBox
-from ..geometry.growing import grown, shrunk
+from ..geometry.growing import shrunk
 from ..geometry.meshes import Body
 from ..geometry.zones import box_of
 from ..poses import file_to_world
@@ -40,10 +39,8 @@ def drop(
         return [], matrices, container
     most, margin, more = 0.0, 0.0, [pool[i] for i in over]
     if clearance is not None:
-        most, growth = float(clearance.parts.max()), clearance.growth
-        margin = clearance.wall - float(growth.min())
-        more = [grown(pool[i], growth[i]) if growth[i] > 0 else pool[i] for i in over]
-    more = [replace(body, wishes=replace(body.wishes, clearance=None)) for body in more]
+        most, margin = float(clearance.parts.max()), clearance.margin
+        more = [clearance.grown(i, pool[i]) for i in over]
     placement = Placement(more, shrunk(container, margin), rule="heightmap", straight=shape is not None)
     voxel, full = placement.room.voxel, _columns(placement, pool, chosen, matrices, most)
     size = container.base.size

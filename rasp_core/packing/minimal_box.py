@@ -35,6 +35,7 @@ from ..util.devices import resolve_device
 from ..util.errors import InputError
 from ..util.progress import progress_bar
 from .best_box import BestBox
+from .compaction import MOST_BODIES
 from .constructive import Placement
 from .pressing import Pressing
 from .result import Packing, finish
@@ -48,7 +49,6 @@ class BoxTuning:
     """What the search for a box was tuned to."""
 
     tries: int = 2000  # if neither time nor effort is given
-    most_among_voxels: int = 250  # bodies, of which the linear programmes are solved in seconds
     turns: int = 10  # that voxels and pressing take, or one of them alone
     turns_end_at: float = 0.97  # of the budget, the last one
     voxel_of_likely_edge: float = 1 / 64  # of a cube as dense as is likely
@@ -123,7 +123,7 @@ class _Search:
         self.means: str | None = None
         self.turn = 0
         self.gains = {}
-        if len(self.bodies) <= TUNING.most_among_voxels:
+        if len(self.bodies) <= MOST_BODIES:
             self.gains["voxels"] = np.inf
         if not shape.zones and freedom_of(self.bodies) is None:  # which pressing does not heed
             self.gains["pressing"] = np.inf
@@ -131,7 +131,7 @@ class _Search:
             self.rule = self.rule or "spectral"
         self.interrupted = False
         self.rounds: list[dict] = []
-        self.bar = progress_bar(f"smallest box, {rule or 'dense'}", "try", progress, budget.effort)
+        self.bar = progress_bar(f"smallest box, {self.rule or 'dense'}", "try", progress, budget.effort)
 
     # -- placing -----------------------------------------------------------------------------------------------------
 
@@ -185,8 +185,8 @@ class _Search:
 
     @cached_property
     def voxels(self) -> VoxelDescent:
+        from .voxel_bodies import choose_size
         from .voxel_descent import VoxelDescent
-        from .voxel_search import choose_size
 
         voxel = self.placement.room.voxel
         if not self.placement.coarse:

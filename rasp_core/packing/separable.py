@@ -22,12 +22,12 @@ from ..poses import from_matrices
 from ..util.errors import InputError
 from .clearance import Clearance
 from .closing_up import closed_up
+from .compaction import MOST_BODIES
 from .dropping import drop
 from .enclosing_box import enclosing_box
 from .pool import Worth
 from .result import Packing, finish_anew
 
-MOST_CLOSED_UP = 250  # objects, of which the linear programmes are solved in seconds
 TRIES = 8  # of what to take out, all but the first by chance
 SPREAD = 0.5  # of the logarithm of what chance makes of a choice's worth
 CLOSED = (
@@ -99,7 +99,7 @@ def made_separable(
     whole = finished(dropped)
     if not _held(whole):
         return finished([])  # voxels let something through, which is rare
-    if free is None or len(whole.chosen) > MOST_CLOSED_UP:
+    if free is None or len(whole.chosen) > MOST_BODIES:
         return whole
     of_these = None if clearance is None else Clearance(clearance.parts[whole.chosen], clearance.wall)
     tighter = closed_up(whole.bodies, whole.matrices, free, whole.container.base.size, of_these, late)

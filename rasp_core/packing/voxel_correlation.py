@@ -7,7 +7,7 @@ there, walls included.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +18,7 @@ from scipy import fft, ndimage
 from ..geometry.containers import Container
 from ..geometry.meshes import Body
 from ..geometry.sdf import Grid
+from ..geometry.wishes import quarter_turns
 from ..geometry.zones import distance_to
 from ..util import o3d
 
@@ -119,6 +120,17 @@ class Turned:
         voxels = np.ascontiguousarray(np.flip(self.voxels.transpose(axes), backwards))
         centre = np.where(signs < 0, np.array(voxels.shape) * voxel - self.centre[axes], self.centre[axes])
         return Turned(quarter @ self.rotation, voxels, centre)
+
+
+def straight(body: Body, voxel: float, make: Callable[[Body, np.ndarray, float], Turned]) -> Iterable[Turned]:
+    """A body in its quarter turns, or in those that are wished of it.
+
+    make : its voxels, turned by a rotation, such as `Turned.covering`.
+    """
+    if body.wishes.turns is not None:
+        return (make(body, turn, voxel) for turn in body.wishes.turns.straight())
+    unturned = make(body, np.eye(3), voxel)
+    return (unturned.turned(turn, voxel) for turn in quarter_turns())
 
 
 class Room:

@@ -18,13 +18,11 @@ from scipy import fft
 
 from ..geometry.containers import FreeBox
 from ..geometry.meshes import Body
-from ..geometry.surface_points import surface_points
-from ..geometry.wishes import quarter_turns
 from ..geometry.zones import distance_to
 from ..kernels import voxel_runs
-from ..util import o3d
 from .pool import kind
-from .voxel_correlation import Turned
+from .voxel_bodies import VoxelBody, filled, in_runs, runs, whole
+from .voxel_correlation import straight
 
 
 @dataclass(frozen=True)
@@ -36,30 +34,11 @@ class VoxelSearchTuning:
     heavier_at_least: float = 1.2  # times: the weight of two that share something
     heavier_at_most: float = 2.0  # of the two that share most
     lighter: float = 0.95  # times: that of two that share nothing, down to 1
-    thin: float = 0.8  # of an object's volume that its voxels must have; else all count that it touches
-    rounded_off: float = 0.1  # voxels by which an object may be longer than its voxels
-    points_of_voxel_face: float = 12.0  # at which a body's thickness is measured
-    most_points: int = 200_000
     zones_wider: float = 0.5  # voxels, so that thin ones are seen
-    coarsest: float = 1.3  # times the voxel that is asked for: the one is taken that rounds least
-    sizes_tried: int = 60
-    beside_middle: tuple[float, float, float] = (3.1e-4, 5.3e-4, 7.7e-4)  # voxels: no point lies in a face's plane
     same_turn: float = 1e-6  # of a rotation matrix: differences that are none
 
 
 TUNING = VoxelSearchTuning()
-
-
-@dataclass(frozen=True)
-class _Turn:
-    """A body turned: its rotation, voxels as runs and their blocks, and where its centre lies from the first voxel's
-    corner, metres."""
-
-    rotation: np.ndarray
-    size: np.ndarray
-    runs: np.ndarray
-    coarse: np.ndarray
-    centre: np.ndarray
 
 
 class VoxelSearch:
@@ -72,11 +51,12 @@ class VoxelSearch:
 
     def __init__(self, bodies: Sequence[Body], shape: FreeBox, voxel: float, random: np.random.Generator) -> None:
         self.bodies, self.shape, self.voxel, self.random = list(bodies), shape, voxel, random
-        self._turns: list[_Turn] = []
+        self._turns: list[VoxelBody] = []
         known: dict[tuple, list[int]] = {}
         for body in self.bodies:
             if kind(body) not in known:
-                known[kind(body)] = self._add([_in_runs(turned) for turned in _turned(body, voxel)])
+                turns = straight(body, voxel, filled)
+                known[kind(body)] = self._add([in_runs(turned, TUNING.coarse_voxels) for turned in turns])
         self._choices = [known[kind(body)] for body in self.bodies]
         self._zones: np.ndarray | None = None  # of the box, from its floor up to a height that was needed
 
@@ -86,7 +66,7 @@ class VoxelSearch:
         self.turn = np.empty(len(self.bodies), np.int64)
         for i, (body, turned) in enumerate(zip(self.bodies, rotation, strict=True)):
             near = [k for k in self._choices[i] if np.abs(self._turns[k].rotation - turned).max() < TUNING.same_turn]
-            self.turn[i] = near[0] if near else self._add([_in_runs(_filled(body, turned, self.voxel))])[0]
+            self.turn[i] = near[0] if near else self._add([self._across(body, turned)])[0]
         corners = translation - np.array([self._turns[k].centre for k in self.turn]) + edges / 2
         self.shift = np.rint(corners / self.voxel).astype(np.int64)
         self._turned_runs = np.concatenate([turn.runs for turn in self._turns])
@@ -94,7 +74,7 @@ class VoxelSearch:
         if self.shape.zones:
             self.turn, self.shift = np.append(self.turn, len(self._turns)), np.append(self.shift, [[0, 0, 0]], axis=0)
         self.weights = np.ones((len(self.turn),) * 2, np.float32)
-        size = _whole(edges, self.voxel)
+        size = whole(edges, self.voxel)
         for i in self._sticking_out(size):
             fitting = self._fitting(i, size)
             self.turn[i] = fitting[0] if fitting else self.turn[i]
@@ -215,12 +195,12 @@ class VoxelSearch:
 
     def _lay_out(self) -> None:
         """The runs of all turned bodies and then of the zones in a box of this size, one after the other."""
-        runs, sizes = [turn.runs for turn in self._turns], self._turned_sizes
+        lengths, sizes = [len(turn.runs) for turn in self._turns], self._turned_sizes
         self._runs = self._turned_runs
         if self.shape.zones:
-            runs.append(_runs(self._zone_voxels()))
-            self._runs, sizes = np.concatenate([self._turned_runs, runs[-1]]), np.vstack([sizes, self.size])
-        lengths = [len(some) for some in runs]
+            zones = runs(self._zone_voxels())
+            lengths.append(len(zones))
+            self._runs, sizes = np.concatenate([self._turned_runs, zones]), np.vstack([sizes, self.size])
         self._end, self._sizes = np.cumsum(lengths), sizes
         self._begin = self._end - lengths
 
@@ -247,7 +227,11 @@ class VoxelSearch:
         """The right-angled turns of a body that go into a box."""
         return [k for k in self._choices[i] if (self._turned_sizes[k] <= size).all()]
 
-    def _add(self, turns: Sequence[_Turn]) -> list[int]:
+    def _across(self, body: Body, rotation: np.ndarray) -> VoxelBody:
+        """A body turned as no right-angled turn has it."""
+        return in_runs(filled(body, rotation, self.voxel), TUNING.coarse_voxels)
+
+    def _add(self, turns: Sequence[VoxelBody]) -> list[int]:
         """Keep turned bodies, those of equal voxels once; their numbers."""
         numbers: list[int] = []
         for turn in turns:
@@ -256,69 +240,3 @@ class VoxelSearch:
                 self._turns.append(turn)
                 numbers.append(len(self._turns) - 1)
         return numbers
-
-
-def choose_size(bodies: Sequence[Body], shape: FreeBox, voxel: float) -> float:
-    """A voxel's edge in metres, `voxel` or a little more: it rounds the bodies and the box's given edges least."""
-    edges = np.concatenate([2 * body.half_extents for body in bodies])
-    given = np.array([edge for edge in shape.edges if edge is not None])
-
-    def waste(size: float) -> float:
-        lost = _in_voxels(edges, size) * size / edges
-        return 3 * lost.mean() + float((given / (_whole(given, size) * size)).sum())
-
-    return min(voxel * np.linspace(1, TUNING.coarsest, TUNING.sizes_tried), key=waste)
-
-
-def _in_voxels(lengths: np.ndarray, voxel: float) -> np.ndarray:
-    return np.maximum(np.ceil(lengths / voxel - TUNING.rounded_off).astype(int), 1)
-
-
-def _whole(edges: np.ndarray, voxel: float) -> np.ndarray:
-    return np.maximum(np.floor(edges / voxel + 1e-6).astype(np.int64), 1)
-
-
-def _in_runs(turned: Turned) -> _Turn:
-    voxels, cell = turned.voxels, TUNING.coarse_voxels
-    padded = np.pad(voxels.astype(np.float32), [(0, -n % cell) for n in voxels.shape])
-    x, y, z = (n // cell for n in padded.shape)
-    coarse = padded.reshape(x, cell, y, cell, z, cell).mean((1, 3, 5))
-    return _Turn(turned.rotation, np.array(voxels.shape), _runs(voxels), coarse, turned.centre)
-
-
-def _runs(voxels: np.ndarray) -> np.ndarray:
-    edges = np.diff(np.pad(voxels, ((0, 0), (0, 0), (1, 1))).astype(np.int8), axis=2)
-    return np.ascontiguousarray(np.column_stack([np.argwhere(edges == 1), np.argwhere(edges == -1)[:, 2]]), np.int32)
-
-
-def _turned(body: Body, voxel: float) -> list[Turned]:
-    """A body in its quarter turns, or in those that are wished of it."""
-    if body.wishes.turns is not None:
-        return [_filled(body, turn, voxel) for turn in body.wishes.turns.straight()]
-    filled = _filled(body, np.eye(3), voxel)
-    return [filled.turned(turn, voxel) for turn in quarter_turns()]
-
-
-def _filled(body: Body, rotation: np.ndarray, voxel: float) -> Turned:
-    """The voxels whose middle lies in a turned body, about the middle of its box.
-
-    Where the body is thinner than a voxel, so that middles miss it, the voxels count that hold its own middle; if even
-    these are few, all that it touches.
-    """
-    vertices, faces = body.solid_vertices @ rotation.T, body.solid_faces
-    low, size = vertices.min(0), np.ptp(vertices, axis=0)
-    shape = _in_voxels(size, voxel)
-    corner = low + size / 2 - shape * voxel / 2
-    scene = o3d.caster([(vertices, faces)])
-    middles = corner + voxel * (np.stack(np.indices(shape), -1) + 0.5 + TUNING.beside_middle)
-    voxels = scene.compute_occupancy(middles.astype(np.float32)).numpy() > 0
-    area = body.manifold.surface_area()
-    count = min(int(TUNING.points_of_voxel_face * area / voxel**2) + 1, TUNING.most_points)
-    points, normals = surface_points(vertices, faces, count)
-    thickness = o3d.depths(scene, points, -normals, TUNING.beside_middle[0] * voxel)
-    thin = thickness < voxel
-    within = points[thin] - normals[thin] * thickness[thin, None] / 2
-    voxels[tuple(np.clip(((within - corner) / voxel).astype(int), 0, shape - 1).T)] = True
-    if voxels.sum() * voxel**3 < TUNING.thin * body.volume:
-        return Turned.covering(body, rotation, voxel)
-    return Turned(rotation, voxels, -corner)

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from ..geometry.meshes import Body
 
 ROOT = Path(__file__).resolve().parents[2]
+LARGE_BYTES = 200_000  # of a picture, above which it is in fewer colours: all are kept in the repository
 STATUSES = ("reproduced", "exceeded", "differs", "not verifiable")
 
 
@@ -134,7 +135,7 @@ def _small(figure: Figure, **options) -> bytes:
 
     data = io.BytesIO()
     figure.savefig(data, format="png", **options)
-    return palette.png(np.asarray(Image.open(data).convert("RGB")))
+    return palette.png(np.asarray(Image.open(data).convert("RGB")), LARGE_BYTES)
 
 
 def _write(path: Path, facts: dict) -> None:

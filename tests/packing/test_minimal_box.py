@@ -1,6 +1,5 @@
 """The smallest box holds all, certified, never grows, and keeps its shape."""
 
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -70,7 +69,7 @@ def test_one_object_is_boxed(text):
 
 def test_many_bodies_are_pressed_alone(monkeypatch):
     made = []
-    monkeypatch.setattr(minimal_box, "TUNING", replace(minimal_box.TUNING, most_among_voxels=3))
+    monkeypatch.setattr(minimal_box, "MOST_BODIES", 3)
     monkeypatch.setattr("rasp_core.packing.voxel_descent.VoxelDescent.begin", lambda *_: made.append(1))
     bodies = kitchen_like(4)
     holds_all(minimal_box.pack(bodies, parse("auto"), QUICK, effort=12), bodies)

@@ -13,7 +13,7 @@ from rasp_core.geometry.containers import FreeBox, box
 from rasp_core.geometry.meshes import make_body, unique_names
 from rasp_core.geometry.wishes import Turns, Wishes
 from rasp_core.geometry.zones import box_of, free_without
-from rasp_core.packing.voxel_search import VoxelSearch, choose_size
+from rasp_core.packing.voxel_search import VoxelSearch
 from rasp_core.poses import file_to_world
 
 VOXEL = 0.01
@@ -78,10 +78,6 @@ def test_what_is_thinner_than_a_voxel_counts():
     search, sweeps = searched(bodies, (0.08, 0.08, 0.02), 50)
     assert sweeps is not None
     assert holds(search)
-
-
-def test_the_voxel_is_chosen_by_what_it_rounds():
-    assert choose_size(blocks((6, 6, 12), (3, 6, 9)), STRIP, 0.0085) == pytest.approx(VOXEL, rel=0.01)
 
 
 def test_zones_stay_and_are_taken_by_nobody():

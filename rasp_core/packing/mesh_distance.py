@@ -11,12 +11,13 @@ from __future__ import annotations
 import numpy as np
 import trimesh
 
+from ..geometry.meshes import Body
 from ..util import o3d
-from .meshes import Body
 
 ON_EDGE = 1e-4  # barycentric coordinate below which the nearest point is on an edge or a corner
 TINY = 1e-300
 TOUCHING = 1e-5  # of the body's radius, below which the distance has no direction of its own
+NODES = 24  # along the longest edge of the body's box, whose distances say which points may be near
 
 
 class MeshDistance:
@@ -35,9 +36,26 @@ class MeshDistance:
             on_edge = (self._faces[faces][:, :, None] == mesh.face_adjacency_edges[:, None]).any(2)
             self._edge_normals[faces, on_edge.argmin(1)] = across
         self._touching = TOUCHING * body.radius
+        self._low = self._vertices.min(0)
+        self._spacing = float(np.ptp(self._vertices, axis=0).max()) / (NODES - 1)
+        nodes = np.ceil(np.ptp(self._vertices, axis=0) / self._spacing - 1e-6).astype(int) + 1
+        self._at_nodes = self.at(self._low + self._spacing * np.stack(np.indices(nodes), -1).reshape(-1, 3))[0]
+        self._at_nodes = self._at_nodes.reshape(nodes)
+
+    def maybe_within(self, points: np.ndarray, reach: float) -> np.ndarray:
+        """Of points `(M, 3)` those, `(M,)` bool, that may be no farther than a reach; all that are so near among them.
+
+        A distance changes by no more than the way from the nearest node of a lattice.
+        """
+        last = np.array(self._at_nodes.shape) - 1
+        node = np.minimum(np.maximum(np.rint((points - self._low) / self._spacing).astype(int), 0), last)
+        way = np.linalg.norm(self._low + self._spacing * node - points, axis=1)
+        return self._at_nodes[tuple(node.T)] - way <= reach
 
     def at(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Of points `(M, 3)`: distances `(M,)`, negative inside, and unit directions `(M, 3)` in which they grow."""
+        from ..kernels.winding import winding_numbers
+
         asked = points.astype(np.float32)
         found = self._scene.compute_closest_points(asked)
         away, normals = points - found["points"].numpy(), self._normals(found)
@@ -60,17 +78,3 @@ class MeshDistance:
         normals[edge] = self._edge_normals[face[edge], near[edge].argmax(1)]
         normals[corner] = self._corner_normals[self._faces[face[corner], near[corner].argmin(1)]]
         return normals
-
-
-def winding_numbers(vertices: np.ndarray, faces: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """How often a closed surface, `(V, 3)` and `(F, 3)`, goes round points `(M, 3)`: 1 inside, 0 outside.
-
-    The sum of the faces' solid angles over 4 pi (van Oosterom & Strackee 1983)."""
-    found = np.empty(len(points))
-    for k, point in enumerate(points):
-        a, b, c = (vertices[faces[:, corner]] - point for corner in range(3))
-        far = [np.linalg.norm(arm, axis=1) for arm in (a, b, c)]
-        volume = (a * np.cross(b, c)).sum(1)
-        length = far[0] * far[1] * far[2] + (a * b).sum(1) * far[2] + (b * c).sum(1) * far[0] + (c * a).sum(1) * far[1]
-        found[k] = np.arctan2(volume, length).sum() / (2 * np.pi)
-    return found

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from rasp_core.geometry.mesh_distance import MeshDistance, winding_numbers
+from rasp_core.packing.mesh_distance import MeshDistance
 from rasp_core.geometry.meshes import make_body
 
 HALF = np.array([0.3, 0.2, 0.1])
@@ -57,7 +57,11 @@ def test_needles_do_not_change_the_side():
     assert ((distances < 0) == inside)[clear].all()
 
 
-def test_winding_numbers_count():
-    ball = trimesh.creation.icosphere(3, 0.5)
-    found = winding_numbers(ball.vertices, ball.faces, np.array([[0.0, 0, 0], [0.1, 0.2, 0.3], [0.6, 0, 0]]))
-    assert found == pytest.approx([1, 1, 0], abs=1e-9)
+def test_what_is_near_may_be_near():
+    distance, random = MeshDistance(block()), np.random.default_rng(0)
+    points = random.uniform(-0.5, 0.5, (20_000, 3))
+    assert distance.maybe_within(points, 0.05)[to_block(points) <= 0.05].all()
+    inside = random.uniform(-HALF, HALF, (20_000, 3))
+    deep, to_node = distance.maybe_within(inside, -0.06), 0.6 / 23 * 3**0.5 / 2
+    assert deep[to_block(inside) <= -0.06].all()
+    assert not deep[to_block(inside) > -0.06 + 2 * to_node].any()
