@@ -143,7 +143,8 @@ class VoxelSearch:
         others = np.arange(len(self.turn)) != i
         voxel_runs.weigh(self._field, self._runs, begin, end, self.shift, np.where(others, self.weights[i], 0))
         voxel_runs.add_up(self._field, self._sums, self._blocks, TUNING.coarse_voxels)
-        now = voxel_runs.shared(self._sums, self._runs, begin[i], end[i], *self.shift[i], np.float32(np.inf))
+        first = int(np.ravel_multi_index(tuple(self.shift[i]), self._sums.shape))
+        now = voxel_runs.shared(self._sums.ravel(), self._ends, begin[i], end[i], first, np.float32(np.inf))
         if now == 0:
             return
         turns, spectra, outside = self._correlated(i)
@@ -156,7 +157,7 @@ class VoxelSearch:
         tried, sizes = turns[which], self._sizes[turns[which]]
         shifts = np.minimum(TUNING.coarse_voxels * np.column_stack(corner), self.size - sizes).astype(np.int64)
         found = voxel_runs.descend(
-            self._sums, self._runs, self._begin[tried], self._end[tried], sizes, shifts, TUNING.coarse_voxels
+            self._sums, self._ends, self._begin[tried], self._end[tried], sizes, shifts, TUNING.coarse_voxels
         )
         if len(found) and found.min() < now:
             self.turn[i], self.shift[i] = tried[found.argmin()], shifts[found.argmin()]
@@ -188,6 +189,7 @@ class VoxelSearch:
         self._move_in()
         x, y, z = self.size
         self._field, self._sums = np.zeros((x, y, z), np.float32), np.zeros((x, y, z + 1), np.float32)
+        self._ends = voxel_runs.ends(self._runs, (x, y, z))
         self._mark = np.zeros((x, y, z), np.int8)
         self._blocks = np.zeros(-(-self.size // TUNING.coarse_voxels), np.float32)
         self._padded = tuple(fft.next_fast_len(int(n), real=True) for n in self._blocks.shape)

@@ -47,9 +47,10 @@ def field_of(bodies, weights):
 def test_what_is_shared_is_what_the_arrays_share(bodies):
     voxels, runs, begin, end, shifts, _ = bodies
     expected, sums = field_of(bodies, np.array([0.0, 1.0, 2.0, 3.0]))
-    found = voxel_runs.shared(sums, runs, begin[0], end[0], *shifts[0], np.float32(np.inf))
+    ends, at = voxel_runs.ends(runs, ROOM), int(np.ravel_multi_index(tuple(shifts[0]), sums.shape))
+    found = voxel_runs.shared(sums.ravel(), ends, begin[0], end[0], at, np.float32(np.inf))
     assert found == pytest.approx((expected * taken(voxels[0], shifts[0])).sum(), rel=1e-5)
-    assert voxel_runs.shared(sums, runs, begin[0], end[0], *shifts[0], np.float32(found / 2)) > found / 2
+    assert voxel_runs.shared(sums.ravel(), ends, begin[0], end[0], at, np.float32(found / 2)) > found / 2
 
 
 def test_pairs_share_what_their_arrays_share(bodies):
@@ -67,7 +68,8 @@ def test_downhill_never_ends_higher_and_no_step_is_lower(bodies):
     room = np.array(ROOM) - sizes[0]
     starts = np.random.default_rng(2).integers(0, room + 1, (20, 3))
     shifts, same = starts.copy(), np.zeros(20, np.int64)
-    found = voxel_runs.descend(sums, runs, begin[same], end[same], sizes[same], shifts, 2)
+    ends = voxel_runs.ends(runs, ROOM)
+    found = voxel_runs.descend(sums, ends, begin[same], end[same], sizes[same], shifts, 2)
 
     def at(shift):
         return (expected * taken(voxels[0], shift)).sum()
