@@ -1,131 +1,171 @@
-"""Bodies as runs of voxels along z, weighed, moved and counted in compiled loops.
+"""Bodies as runs of voxels along z: what they share, and where one shares least, in compiled loops.
 
-runs `(R, 4)` int32: x, y and the first voxel along z, and the one after the last, from the body's first voxel. A turned
-body is the runs from `begin` to `end`; shift `(3,)`: where its first voxel lies.
+A turned body lies in `Voxels`; where it is placed, `shift` `(3,)` says of its first voxel. What two share counts by its
+cube root, a length: a little of many others is worse than more of few, so that most pairs come to share nothing at all
+(Gardeyn et al. 2025, sparrow, arXiv 2509.13329, have such a measure).
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 
-AT_ONCE = 64  # runs between two looks at whether it is too much already
+POWER = np.float32(1 / 3)  # of the voxels that two share
 
 
-@njit(cache=True, nogil=True)
-def weigh(field, runs, begin, end, shifts, weights):
-    """Set the field `(X, Y, Z)` to the sum of the weights `(N,)` of the bodies that take each voxel."""
-    field[:] = 0
-    for body in range(len(begin)):
-        if weights[body] != 0:
-            _add(field, runs, begin[body], end[body], shifts[body], weights[body])
+class Voxels(NamedTuple):
+    """T turned bodies, one after the other.
 
-
-@njit(cache=True, nogil=True)
-def add_up(field, sums, blocks, size):
-    """Sums `(X, Y, Z + 1)` of the field below each voxel, and blocks: its sums over cubes of `size` voxels."""
-    blocks[:] = 0
-    last = field.shape[2]
-    for x in range(field.shape[0]):
-        for y in range(field.shape[1]):
-            column, added = field[x, y], sums[x, y]
-            total = np.float32(0)
-            added[0] = 0
-            for z in range(last):
-                total += column[z]
-                added[z + 1] = total
-            row = blocks[x // size, y // size]
-            for k in range(len(row)):
-                row[k] += added[min((k + 1) * size, last)] - added[k * size]
-
-
-def ends(runs: np.ndarray, shape: tuple[int, int, int]) -> np.ndarray:
-    """Where in the flat sums of a field of this shape `(X, Y, Z)` what lies below each run's first voxel stands, and
-    below the one after its last, `(2, R)` int32, as long as the body's first voxel is the field's."""
-    x, y, first, last = runs.T.astype(np.int32)
-    column = (x * shape[1] + y) * (shape[2] + 1)
-    return np.ascontiguousarray(np.stack([column + first, column + last]), np.int32)
-
-
-@njit(cache=True, nogil=True)
-def shared(sums, ends, begin, end, at, most):
-    """What a turned body shares with the field, or something above `most`.
-
-    sums : flat. ends `(2, R)` : see above. at : where in the sums the body's first voxel stands.
+    sizes `(T, 3)` int64, in voxels. runs `(R, 4)` int32: x, y and the first voxel along z, and the one after the last,
+    in rising order; of a body from begin `(T,)` to end `(T,)`. columns int64: for each x of a body, and the one after
+    the last, its first run; of a body from columns_at `(T,)` on. below int16: `(X, Y, Z + 1)`, flat, of each body how
+    many of its voxels lie below each; of a body from below_at `(T,)` on.
     """
-    first, last = ends[0], ends[1]
-    total = np.float32(0)
-    run = begin
-    while run < end and total <= most:
-        stop = min(run + AT_ONCE, end)
-        for k in range(run, stop):
-            total += sums[np.uint32(last[k] + at)] - sums[np.uint32(first[k] + at)]
-        run = stop
+
+    sizes: np.ndarray
+    runs: np.ndarray
+    begin: np.ndarray
+    end: np.ndarray
+    columns: np.ndarray
+    columns_at: np.ndarray
+    below: np.ndarray
+    below_at: np.ndarray
+
+
+class Placed(NamedTuple):
+    """N bodies, some of which may be alike: turn `(N,)`, which of the turned bodies each is, and shift `(N, 3)`."""
+
+    turn: np.ndarray
+    shift: np.ndarray
+
+
+@njit(cache=True, nogil=True)
+def add_up(blocks, voxels, placed, weights, size):
+    """Set blocks to the sums of the bodies' voxels, times their weights `(N,)`, over cubes of `size` voxels."""
+    blocks[:] = 0
+    for body in range(len(weights)):
+        if weights[body] == 0:
+            continue
+        turn, shift = placed.turn[body], placed.shift[body]
+        for run in range(voxels.begin[turn], voxels.end[turn]):
+            row = blocks[(voxels.runs[run, 0] + shift[0]) // size, (voxels.runs[run, 1] + shift[1]) // size]
+            z, last = voxels.runs[run, 2] + shift[2], voxels.runs[run, 3] + shift[2]
+            while z < last:
+                cell = z // size
+                stop = min((cell + 1) * size, last)
+                row[cell] += weights[body] * np.float32(stop - z)
+                z = stop
+
+
+@njit(cache=True, nogil=True)
+def shared_by_two(voxels, one, shift, other, there):
+    """How many voxels two turned bodies share, one at `shift` and the other at `there`."""
+    dx, dy, dz = shift[0] - there[0], shift[1] - there[1], shift[2] - there[2]
+    wide, high = voxels.sizes[other, 1], voxels.sizes[other, 2]
+    total = 0
+    for x in range(max(0, -dx), min(voxels.sizes[one, 0], voxels.sizes[other, 0] - dx)):
+        column = voxels.columns_at[one] + x
+        row = voxels.below_at[other] + (x + dx) * wide * (high + 1)
+        for run in range(voxels.columns[column], voxels.columns[column + 1]):
+            y = voxels.runs[run, 1] + dy
+            if y < 0:
+                continue
+            if y >= wide:
+                break
+            first, last = max(voxels.runs[run, 2] + dz, 0), min(voxels.runs[run, 3] + dz, high)
+            if last > first:
+                total += voxels.below[row + y * (high + 1) + last] - voxels.below[row + y * (high + 1) + first]
     return total
 
 
 @njit(cache=True, nogil=True)
-def descend(sums, ends, begins, ends_of, sizes, shifts, step):
-    """From each of K places downhill, a step of `step` voxels along an axis at a time, then of half of it, to one.
-
-    begins, ends_of `(K,)`, sizes `(K, 3)`: of the turned body at each place; shifts `(K, 3)` are moved. Returns what is
-    shared at each in the end, `(K,)`.
-    """
-    room = np.array([sums.shape[0], sums.shape[1], sums.shape[2] - 1])
-    stride = np.array([sums.shape[1] * sums.shape[2], sums.shape[2], 1])
-    flat = sums.ravel()
-    found = np.empty(len(begins), np.float32)
-    for k in range(len(begins)):
-        at = (shifts[k] * stride).sum()
-        best = shared(flat, ends, begins[k], ends_of[k], at, np.float32(np.inf))
-        length = step
-        while length >= 1 and best > 0:
-            least = -1
-            for move in range(6):
-                axis, way = move // 2, length if move % 2 else -length
-                if shifts[k, axis] + way < 0 or shifts[k, axis] + way + sizes[k, axis] > room[axis]:
-                    continue
-                value = shared(flat, ends, begins[k], ends_of[k], at + way * stride[axis], best)
-                if value < best:
-                    best, least = value, move
-            if least < 0:
-                length //= 2
-            else:
-                axis, way = least // 2, length if least % 2 else -length
-                shifts[k, axis] += way
-                at += way * stride[axis]
-        found[k] = best
-    return found
-
-
-@njit(cache=True, nogil=True)
-def shared_by_pairs(mark, runs, begin, end, shifts, sizes):
-    """Voxels that two bodies share, `(N, N)`; mark `(X, Y, Z)` int8: zeros, and zeros again afterwards."""
-    count = len(begin)
+def shared_by_pairs(voxels, placed):
+    """Voxels that two bodies share, `(N, N)` int64."""
+    count = len(placed.turn)
     found = np.zeros((count, count), np.int64)
     for i in range(count):
-        marked = False
         for j in range(i + 1, count):
-            if (shifts[i] >= shifts[j] + sizes[j]).any() or (shifts[j] >= shifts[i] + sizes[i]).any():
-                continue
-            if not marked:
-                _add(mark, runs, begin[i], end[i], shifts[i], 1)
-                marked = True
-            total = 0
-            for run in range(begin[j], end[j]):
-                x, y = runs[run, 0] + shifts[j, 0], runs[run, 1] + shifts[j, 1]
-                for z in range(runs[run, 2] + shifts[j, 2], runs[run, 3] + shifts[j, 2]):
-                    total += mark[x, y, z]
-            found[i, j] = found[j, i] = total
-        if marked:
-            _add(mark, runs, begin[i], end[i], shifts[i], -1)
+            one, other = placed.turn[i], placed.turn[j]
+            if _boxes_meet(voxels.sizes, one, placed.shift[i], other, placed.shift[j]):
+                found[i, j] = shared_by_two(voxels, one, placed.shift[i], other, placed.shift[j])
+                found[j, i] = found[i, j]
     return found
 
 
 @njit(cache=True, nogil=True)
-def _add(field, runs, begin, end, shift, value):
-    for run in range(begin, end):
-        x, y = runs[run, 0] + shift[0], runs[run, 1] + shift[1]
-        piece = field[x, y, runs[run, 2] + shift[2] : runs[run, 3] + shift[2]]
-        for z in range(len(piece)):
-            piece[z] += value
+def overlap(voxels, placed, body, turn, shift, weights, most):
+    """What a body would overlap as a turned body at a shift, or something above `most`: the sum over others of their
+    weight `(N,)` times the cube root of the voxels shared."""
+    total = np.float32(0)
+    for other in range(len(placed.turn)):
+        there = placed.turn[other]
+        if other == body or not _boxes_meet(voxels.sizes, turn, shift, there, placed.shift[other]):
+            continue
+        count = shared_by_two(voxels, turn, shift, there, placed.shift[other])
+        if count > 0:
+            total += weights[other] * np.float32(count) ** POWER
+            if total > most:
+                break
+    return total
+
+
+@njit(cache=True, nogil=True)
+def best_place(voxels, placed, body, weights, room, turns, shifts, refined, step):
+    """Where a body overlaps least of some places, those that are best refined: turn, shift `(3,)` and `overlap`.
+
+    turns `(K,)`, shifts `(K, 3)`: turned bodies and where they are tried; where it is now is refined, too, and the
+    answer if none is better. room `(3,)`: the box, in voxels. refined : how many. From each of these it goes downhill,
+    a step of `step` voxels along an axis at a time, then of half of it, to one.
+    """
+    values = np.empty(len(turns), np.float32)
+    least = np.full(refined, np.inf, np.float32)
+    for k in range(len(turns)):
+        values[k] = overlap(voxels, placed, body, turns[k], shifts[k], weights, least[-1])
+        if values[k] < least[-1]:
+            least[-1] = values[k]
+            least.sort()
+    best_turn, best_shift = placed.turn[body], placed.shift[body].copy()
+    best = overlap(voxels, placed, body, best_turn, best_shift, weights, np.float32(np.inf))
+    best = _downhill(voxels, placed, body, weights, room, best_turn, best_shift, best, step)
+    for k in np.argsort(values)[:refined]:
+        if best == 0:
+            break
+        shift = shifts[k].copy()
+        value = _downhill(voxels, placed, body, weights, room, turns[k], shift, values[k], step)
+        if value < best:
+            best, best_turn, best_shift = value, turns[k], shift
+    return best_turn, best_shift, best
+
+
+@njit(cache=True, nogil=True)
+def _downhill(voxels, placed, body, weights, room, turn, shift, value, step):
+    """Move the shift `(3,)` to where no step overlaps less; what is overlapped there."""
+    trial = np.empty(3, np.int64)
+    while step >= 1 and value > 0:
+        lower = False
+        for move in range(6):
+            axis = move // 2
+            trial[:] = shift
+            trial[axis] = min(
+                max(shift[axis] + (step if move % 2 else -step), 0), room[axis] - voxels.sizes[turn, axis]
+            )
+            if trial[axis] == shift[axis]:
+                continue
+            there = overlap(voxels, placed, body, turn, trial, weights, value)
+            if there < value:
+                value, lower = there, True
+                shift[:] = trial
+                break
+        if not lower:
+            step //= 2
+    return value
+
+
+@njit(cache=True, nogil=True)
+def _boxes_meet(sizes, one, shift, other, there):
+    for axis in range(3):
+        if shift[axis] >= there[axis] + sizes[other, axis] or there[axis] >= shift[axis] + sizes[one, axis]:
+            return False
+    return True

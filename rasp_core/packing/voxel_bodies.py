@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from ..geometry.meshes import Body
 from ..geometry.surface_points import surface_points
 from ..util import o3d
 from .voxel_correlation import Turned
+
+if TYPE_CHECKING:
+    from ..kernels.voxel_runs import Voxels
 
 
 @dataclass(frozen=True)
@@ -32,12 +36,17 @@ TUNING = VoxelBodyTuning()
 
 @dataclass(frozen=True)
 class VoxelBody:
-    """A body turned by `rotation` `(3, 3)`: size `(3,)` in voxels, its runs, see `kernels.voxel_runs`, the mean of its
-    voxels in coarse cells, and where its centre lies from the first voxel's corner `(3,)`, metres."""
+    """A body turned by `rotation` `(3, 3)`, in voxels.
+
+    size `(3,)`; runs `(R, 4)`, columns `(X + 1,)` and below `(X, Y, Z + 1)` as `kernels.voxel_runs.Voxels` has them;
+    coarse : the means of its voxels in coarse cells. centre `(3,)` : from the first voxel's corner, metres.
+    """
 
     rotation: np.ndarray
     size: np.ndarray
     runs: np.ndarray
+    columns: np.ndarray
+    below: np.ndarray
     coarse: np.ndarray
     centre: np.ndarray
 
@@ -90,13 +99,31 @@ def in_runs(turned: Turned, cell: int) -> VoxelBody:
     padded = np.pad(voxels.astype(np.float32), [(0, -n % cell) for n in voxels.shape])
     x, y, z = (n // cell for n in padded.shape)
     coarse = padded.reshape(x, cell, y, cell, z, cell).mean((1, 3, 5))
-    return VoxelBody(turned.rotation, np.array(voxels.shape), runs(voxels), coarse, turned.centre)
-
-
-def runs(voxels: np.ndarray) -> np.ndarray:
-    """`(R, 4)` int32 of voxels `(X, Y, Z)` bool, see `kernels.voxel_runs`."""
     edges = np.diff(np.pad(voxels, ((0, 0), (0, 0), (1, 1))).astype(np.int8), axis=2)
-    return np.ascontiguousarray(np.column_stack([np.argwhere(edges == 1), np.argwhere(edges == -1)[:, 2]]), np.int32)
+    runs = np.ascontiguousarray(np.column_stack([np.argwhere(edges == 1), np.argwhere(edges == -1)[:, 2]]), np.int32)
+    columns = np.searchsorted(runs[:, 0], np.arange(len(voxels) + 1))
+    below = np.pad(voxels.cumsum(2, np.int16), ((0, 0), (0, 0), (1, 0)))
+    return VoxelBody(turned.rotation, np.array(voxels.shape), runs, columns, below, coarse, turned.centre)
+
+
+def laid_out(bodies: Sequence[VoxelBody]) -> Voxels:
+    """Turned bodies, one after the other, for compiled loops."""
+    from ..kernels.voxel_runs import Voxels
+
+    def begins(lengths: Sequence[int]) -> np.ndarray:
+        return np.concatenate([[0], np.cumsum(lengths)[:-1]])
+
+    begin = begins([len(body.runs) for body in bodies])
+    return Voxels(
+        sizes=np.array([body.size for body in bodies]),
+        runs=np.concatenate([body.runs for body in bodies]),
+        begin=begin,
+        end=begin + [len(body.runs) for body in bodies],
+        columns=np.concatenate([first + body.columns for first, body in zip(begin, bodies, strict=True)]),
+        columns_at=begins([len(body.columns) for body in bodies]),
+        below=np.concatenate([body.below.ravel() for body in bodies]),
+        below_at=begins([body.below.size for body in bodies]),
+    )
 
 
 def _in_voxels(lengths: np.ndarray, voxel: float) -> np.ndarray:

@@ -1,11 +1,11 @@
 """Guided local search among voxels: objects in a box too small for all are moved one by one to where they share least.
 
 Each move tries the object in all right-angled turns at all shifts of a coarse lattice, by one Fourier correlation with
-what the others take, and goes downhill from the best on the fine one. What two objects share weighs more the longer
-they share it (Voudouris & Tsang 1999; Egeblad et al. 2007 pack by it; Gardeyn et al. 2025 in two dimensions, sparrow,
-arXiv 2509.13329, whose weights these are). Voxels count where their middle lies in an object, so that those of a
-packing are neither too large nor too small in the mean, and surfaces may overlap by a part of a voxel: `compaction`
-takes that out.
+what the others take, and goes downhill from the best on the fine one, by the cube roots of what it shares with each.
+That weighs more the longer two share something (Voudouris & Tsang 1999; Egeblad et al. 2007 pack by it; Gardeyn et al.
+2025 in two dimensions, sparrow, arXiv 2509.13329, whose weights these are). Voxels count where their middle lies in an
+object, so that those of a packing are neither too large nor too small in the mean, and surfaces may overlap by a part
+of a voxel: `compaction` takes that out.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from ..geometry.meshes import Body
 from ..geometry.zones import distance_to
 from ..kernels import voxel_runs
 from .pool import kind
-from .voxel_bodies import VoxelBody, filled, in_runs, runs, whole
-from .voxel_correlation import straight
+from .voxel_bodies import VoxelBody, filled, in_runs, laid_out, whole
+from .voxel_correlation import Turned, straight
 
 
 @dataclass(frozen=True)
@@ -30,10 +30,12 @@ class VoxelSearchTuning:
     """What the search was tuned to."""
 
     coarse_voxels: int = 4  # edge of the coarse lattice's cells
-    places: int = 24  # that a move goes downhill from
+    places: int = 48  # of the coarse lattice that are looked at on the fine one
+    refined: int = 4  # of these, from which a move goes downhill
     heavier_at_least: float = 1.2  # times: the weight of two that share something
     heavier_at_most: float = 2.0  # of the two that share most
     lighter: float = 0.95  # times: that of two that share nothing, down to 1
+    heaviest: float = 1e8
     zones_wider: float = 0.5  # voxels, so that thin ones are seen
     same_turn: float = 1e-6  # of a rotation matrix: differences that are none
 
@@ -69,28 +71,34 @@ class VoxelSearch:
             self.turn[i] = near[0] if near else self._add([self._across(body, turned)])[0]
         corners = translation - np.array([self._turns[k].centre for k in self.turn]) + edges / 2
         self.shift = np.rint(corners / self.voxel).astype(np.int64)
-        self._turned_runs = np.concatenate([turn.runs for turn in self._turns])
-        self._turned_sizes = np.array([turn.size for turn in self._turns])
+        self._sizes = np.array([turn.size for turn in self._turns])
+        lengths = np.array([body.volume for body in self.bodies]) ** (1 / 3)
         if self.shape.zones:
             self.turn, self.shift = np.append(self.turn, len(self._turns)), np.append(self.shift, [[0, 0, 0]], axis=0)
-        self.weights = np.ones((len(self.turn),) * 2, np.float32)
+            lengths = np.append(lengths, lengths.mean())
+        else:
+            self._voxels = laid_out(self._turns)
+        # what two share counts more the larger they are, as that takes a longer way to undo
+        self._lengths = np.sqrt(np.outer(lengths, lengths)).astype(np.float32) / np.float32(lengths.mean())
+        self.forget()
         size = whole(edges, self.voxel)
         for i in self._sticking_out(size):
             fitting = self._fitting(i, size)
             self.turn[i] = fitting[0] if fitting else self.turn[i]
         self._enter(size)
 
-    def sweep(self) -> int:
-        """Move each body that shares something, in a random order; how many voxels are shared then, of two each."""
+    def sweep(self) -> float:
+        """Move each body that shares something, in a random order; how much is overlapped then, 0 if nothing is."""
         shared = self._shared()
         for i in self.random.permutation(np.flatnonzero(shared[: len(self.bodies)].any(1))):
             self._move(i)
-        shared = self._shared()
-        if most := shared.max():
-            heavier = TUNING.heavier_at_least + (TUNING.heavier_at_most - TUNING.heavier_at_least) * shared / most
+        overlap = self._lengths * np.cbrt(self._shared())
+        if most := overlap.max():
+            heavier = TUNING.heavier_at_least + (TUNING.heavier_at_most - TUNING.heavier_at_least) * overlap / most
+            heavier = np.minimum(self.weights * heavier, TUNING.heaviest)
             lighter = np.maximum(self.weights * TUNING.lighter, 1)
-            self.weights = np.where(shared > 0, self.weights * heavier, lighter).astype(np.float32)
-        return int(shared.sum()) // 2
+            self.weights = np.where(overlap > 0, heavier, lighter).astype(np.float32)
+        return float(overlap.sum()) / 2
 
     def shrink(self) -> bool:
         """A box smaller by a voxel along a free edge, or along all of a cube; False if a body would not go in."""
@@ -116,12 +124,15 @@ class VoxelSearch:
         self._enter(size)
 
     def swap(self) -> None:
-        """Two bodies change places, and no weights count any more."""
+        """Two bodies change places."""
         if len(self.bodies) > 1:
             one, other = self.random.choice(len(self.bodies), 2, replace=False)
             self.shift[[one, other]] = self.shift[[other, one]]
             self._move_in()
-        self.weights[:] = 1
+
+    def forget(self) -> None:
+        """All weigh the same again."""
+        self.weights = np.ones((len(self.turn),) * 2, np.float32)
 
     @property
     def edges(self) -> np.ndarray:
@@ -138,29 +149,25 @@ class VoxelSearch:
     # -- moves -------------------------------------------------------------------------------------------------------
 
     def _move(self, i: int) -> None:
-        """Move a body to where it shares least, by weight, of what is found; it stays if that is no less."""
-        begin, end = self._begin[self.turn], self._end[self.turn]
-        others = np.arange(len(self.turn)) != i
-        voxel_runs.weigh(self._field, self._runs, begin, end, self.shift, np.where(others, self.weights[i], 0))
-        voxel_runs.add_up(self._field, self._sums, self._blocks, TUNING.coarse_voxels)
-        first = int(np.ravel_multi_index(tuple(self.shift[i]), self._sums.shape))
-        now = voxel_runs.shared(self._sums.ravel(), self._ends, begin[i], end[i], first, np.float32(np.inf))
-        if now == 0:
+        """Move a body to where it overlaps least, by weight, of what is found; it stays if that is no less."""
+        voxels, placed = self._voxels, voxel_runs.Placed(self.turn, self.shift)
+        weights = self.weights[i] * self._lengths[i]
+        if voxel_runs.overlap(voxels, placed, i, self.turn[i], self.shift[i], weights, np.float32(np.inf)) == 0:
             return
         turns, spectra, outside = self._correlated(i)
         if not len(turns):
             return  # it lies across, and goes in no other way
+        others = np.where(np.arange(len(self.turn)) == i, 0, self.weights[i])
+        voxel_runs.add_up(self._blocks, voxels, placed, others, TUNING.coarse_voxels)
         counts = fft.irfftn(fft.rfftn(self._blocks, self._padded)[None] * spectra, self._padded, axes=(1, 2, 3))
         counts[outside] = np.inf
         best = np.argpartition(counts, min(TUNING.places, counts.size) - 1, axis=None)[: TUNING.places]
         which, *corner = np.unravel_index(best[np.isfinite(counts.flat[best])], counts.shape)
-        tried, sizes = turns[which], self._sizes[turns[which]]
-        shifts = np.minimum(TUNING.coarse_voxels * np.column_stack(corner), self.size - sizes).astype(np.int64)
-        found = voxel_runs.descend(
-            self._sums, self._ends, self._begin[tried], self._end[tried], sizes, shifts, TUNING.coarse_voxels
+        tried = turns[which]
+        shifts = np.minimum(TUNING.coarse_voxels * np.column_stack(corner), self.size - voxels.sizes[tried])
+        self.turn[i], self.shift[i], _ = voxel_runs.best_place(
+            voxels, placed, i, weights, self.size, tried, shifts, TUNING.refined, TUNING.coarse_voxels
         )
-        if len(found) and found.min() < now:
-            self.turn[i], self.shift[i] = tried[found.argmin()], shifts[found.argmin()]
 
     def _correlated(self, i: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Of a body: the turns that fit the box, `(T,)`, the conjugate spectra of their blocks `(T, ...)`, and where on
@@ -177,34 +184,20 @@ class VoxelSearch:
         return self._spectra[key]
 
     def _shared(self) -> np.ndarray:
-        begin, end = self._begin[self.turn], self._end[self.turn]
-        return voxel_runs.shared_by_pairs(self._mark, self._runs, begin, end, self.shift, self._sizes[self.turn])
+        return voxel_runs.shared_by_pairs(self._voxels, voxel_runs.Placed(self.turn, self.shift))
 
     # -- the box -----------------------------------------------------------------------------------------------------
 
     def _enter(self, size: np.ndarray) -> None:
         """Take a box of so many voxels, or of more where a body does not go in; what would stick out is moved in."""
-        self.size = np.maximum(size, self._turned_sizes[self.turn[: len(self.bodies)]].max(0))
-        self._lay_out()
+        self.size = np.maximum(size, self._sizes[self.turn[: len(self.bodies)]].max(0))
+        if self.shape.zones:
+            zones = Turned(np.eye(3), self._zone_voxels(), np.zeros(3))
+            self._voxels = laid_out([*self._turns, in_runs(zones, TUNING.coarse_voxels)])
         self._move_in()
-        x, y, z = self.size
-        self._field, self._sums = np.zeros((x, y, z), np.float32), np.zeros((x, y, z + 1), np.float32)
-        self._ends = voxel_runs.ends(self._runs, (x, y, z))
-        self._mark = np.zeros((x, y, z), np.int8)
         self._blocks = np.zeros(-(-self.size // TUNING.coarse_voxels), np.float32)
         self._padded = tuple(fft.next_fast_len(int(n), real=True) for n in self._blocks.shape)
         self._spectra: dict[tuple, tuple[np.ndarray, np.ndarray, np.ndarray]] = {}
-
-    def _lay_out(self) -> None:
-        """The runs of all turned bodies and then of the zones in a box of this size, one after the other."""
-        lengths, sizes = [len(turn.runs) for turn in self._turns], self._turned_sizes
-        self._runs = self._turned_runs
-        if self.shape.zones:
-            zones = runs(self._zone_voxels())
-            lengths.append(len(zones))
-            self._runs, sizes = np.concatenate([self._turned_runs, zones]), np.vstack([sizes, self.size])
-        self._end, self._sizes = np.cumsum(lengths), sizes
-        self._begin = self._end - lengths
 
     def _zone_voxels(self) -> np.ndarray:
         """The box's voxels that zones take."""
@@ -219,15 +212,15 @@ class VoxelSearch:
         return known[:, :, : self.size[2]]
 
     def _move_in(self) -> None:
-        self.shift = np.clip(self.shift, 0, self.size - self._sizes[self.turn])
+        self.shift = np.clip(self.shift, 0, self.size - self._voxels.sizes[self.turn])
 
     def _sticking_out(self, size: np.ndarray) -> np.ndarray:
         """Bodies that are larger than a box as they are turned."""
-        return np.flatnonzero((self._turned_sizes[self.turn[: len(self.bodies)]] > size).any(1))
+        return np.flatnonzero((self._sizes[self.turn[: len(self.bodies)]] > size).any(1))
 
     def _fitting(self, i: int, size: np.ndarray) -> list[int]:
         """The right-angled turns of a body that go into a box."""
-        return [k for k in self._choices[i] if (self._turned_sizes[k] <= size).all()]
+        return [k for k in self._choices[i] if (self._sizes[k] <= size).all()]
 
     def _across(self, body: Body, rotation: np.ndarray) -> VoxelBody:
         """A body turned as no right-angled turn has it."""

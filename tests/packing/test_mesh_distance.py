@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from rasp_core.packing.mesh_distance import MeshDistance
 from rasp_core.geometry.meshes import make_body
+from rasp_core.packing.mesh_distance import MeshDistance
 
 HALF = np.array([0.3, 0.2, 0.1])
 

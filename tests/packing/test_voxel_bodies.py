@@ -6,7 +6,8 @@ import trimesh
 
 from rasp_core.geometry.containers import FreeBox
 from rasp_core.geometry.meshes import make_body
-from rasp_core.packing.voxel_bodies import choose_size, filled, in_runs, runs, whole
+from rasp_core.packing.voxel_bodies import choose_size, filled, in_runs, laid_out, whole
+from rasp_core.packing.voxel_correlation import Turned
 
 VOXEL = 0.01
 
@@ -42,11 +43,25 @@ def test_what_is_thinner_than_a_voxel_has_one_layer():
 
 def test_runs_are_the_voxels():
     voxels = np.random.default_rng(0).random((5, 4, 7)) < 0.5
-    again = np.zeros_like(voxels)
-    for x, y, first, end in runs(voxels):
+    voxels[2] = False
+    found, again = in_runs(Turned(np.eye(3), voxels, np.zeros(3)), 4), np.zeros_like(voxels)
+    for x, y, first, end in found.runs:
         assert not again[x, y, first:end].any()
         again[x, y, first:end] = True
     assert (again == voxels).all()
+    for x in range(5):
+        assert (found.runs[found.columns[x] : found.columns[x + 1], 0] == x).all()
+    assert found.columns[-1] == len(found.runs)
+    assert (found.below[..., 1:] - found.below[..., :-1] == voxels).all()
+
+
+def test_bodies_lie_one_after_the_other():
+    bodies = [in_runs(filled(block(*edges), np.eye(3), VOXEL), 4) for edges in ((2, 3, 4), (5, 1, 1))]
+    found = laid_out(bodies)
+    assert found.sizes.tolist() == [[2, 3, 4], [5, 1, 1]]
+    assert (found.end - found.begin).tolist() == [6, 5]
+    assert found.columns[found.columns_at[1] :].tolist() == [6, 7, 8, 9, 10, 11]
+    assert found.below[found.below_at[1] :].tolist() == 5 * [0, 1]
 
 
 def test_coarse_cells_are_means_of_voxels():
