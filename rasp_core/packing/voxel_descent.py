@@ -1,4 +1,9 @@
-"""Smaller and smaller boxes by a search among voxels; what it finds is compacted, and kept if it holds."""
+"""Smaller and smaller boxes by a search among voxels; what it finds is compacted, and kept if it holds.
+
+In a box the search goes on until nothing is shared, or for long no less is; then it begins anew from where least was
+shared, with equal weights, and after some of these two bodies change places (as in sparrow, Gardeyn et al. 2025, arXiv
+2509.13329). Where that does not help either, it goes on among finer voxels.
+"""
 
 from __future__ import annotations
 
@@ -9,14 +14,21 @@ import numpy as np
 
 from .best_box import BestBox
 from .compaction import Compaction
+from .voxel_bodies import choose_size
 from .voxel_search import VoxelSearch
+
+State = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True)
 class DescentTuning:
     """How the search goes on."""
 
-    sweeps: int = 100  # in a box, before what was free is compacted, and the search begins anew from there
+    patience: int = 100  # sweeps without less overlap, before it begins anew
+    restarts: int = 3  # without less overlap, before two bodies change places
+    swaps: int = 3  # in a box, before voxels get finer
+    finer: float = 0.6  # times their edge
+    finest: float = 0.4  # of the first ones' edge: from there on they stay
     voxels_at_once: tuple[tuple[int, int], ...] = ((2, 4), (14, 2))  # after so few sweeps the box shrinks by so many
 
 
@@ -28,39 +40,42 @@ class VoxelDescent:
     replaces."""
 
     def __init__(self, best: BestBox, voxel: float, seed: int) -> None:
-        self.best = best
-        self.search = VoxelSearch(best.bodies, best.shape, voxel, np.random.default_rng(seed))
+        self.best, self.finest = best, TUNING.finest * voxel
+        self.random = np.random.default_rng(seed)
+        self.search = VoxelSearch(best.bodies, best.shape, voxel, self.random)
         self.compaction = Compaction(best.bodies, best.shape)
 
     def begin(self) -> None:
         """From the best packing so far."""
         # rotation, translation and edges of what was free and is not compacted yet
         self.free: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
-        self.sweeps = 0
         poses = self.best.poses
         self.search.begin(poses.rotation.numpy(), poses.translation.numpy(), self.best.edges)
-        self.start = self.search.state()
+        self._enter()
 
     def improve(self, late: Callable[[], bool]) -> None:
         """One sweep. late : whether time is over."""
-        self.sweeps += 1
-        if self.search.sweep() == 0:
+        overlap = self.search.sweep()
+        self.sweeps, self.waited = self.sweeps + 1, self.waited + 1
+        if overlap == 0:
             self.free.append((*self.search.poses, self.search.edges))
-            self.start = self.search.state()
             at_once = next((voxels for most, voxels in TUNING.voxels_at_once if self.sweeps <= most), 1)
-            self.sweeps = 0
             if not all([self.search.shrink() for _ in range(at_once)]):
-                self.sweeps = TUNING.sweeps
-        if self.sweeps >= TUNING.sweeps:
-            self.end(late)
-            self.search.restore(self.start)
-            self.search.shrink()
-            self.search.swap()
+                self.end(late)
+            self._enter()
+        elif overlap < self.least:
+            self.least, self.state, self.waited, self.restarts = overlap, self.search.state(), 0, 0
+        elif self.waited >= TUNING.patience:
+            self.waited, self.restarts = 0, self.restarts + 1
+            self.search.restore(self.state)
+            self.search.forget()
+            if self.restarts >= TUNING.restarts:
+                self.end(late)
+                self._disrupt()
 
     def end(self, late: Callable[[], bool]) -> None:
         """Compact the smallest box of voxels that was free; if that does not hold, the one before, while these are
         smaller than the best."""
-        self.sweeps = 0
         while self.free:
             rotation, translation, edges = self.free.pop()
             if np.prod(edges) > self.best.least:
@@ -68,3 +83,27 @@ class VoxelDescent:
             compacted = self.compaction.run(rotation, translation, edges, late)
             if self.best.hold(compacted.poses, compacted.edges):
                 break
+
+    def _enter(self) -> None:
+        """Begin in another box. stuck : where least was shared there, each time that nothing helped."""
+        self.stuck: list[State] = []
+        self._start()
+
+    def _start(self) -> None:
+        """Begin from where the bodies are. least, state : overlap and places where it was least."""
+        self.search.forget()
+        self.least, self.state = np.inf, self.search.state()
+        self.sweeps = self.waited = self.restarts = 0
+
+    def _disrupt(self) -> None:
+        """Two bodies change places where it was stuck now or before; or voxels get finer."""
+        self.stuck.append(self.state)
+        if len(self.stuck) > TUNING.swaps and self.search.voxel > self.finest:
+            bodies, shape = self.best.bodies, self.best.shape
+            voxel = choose_size(bodies, shape, TUNING.finer * self.search.voxel)
+            self.search = VoxelSearch(bodies, shape, voxel, self.random)
+            self.begin()
+            return
+        self.search.restore(self.stuck[self.random.integers(len(self.stuck))])
+        self.search.swap()
+        self._start()
