@@ -98,9 +98,14 @@ class Placement:
         self.slanted: dict[tuple, list[Turned]] = {}
         self.placed: dict[int, tuple[Turned, np.ndarray]] = {}
 
-    def enter(self, container: Container, keep: bool = False) -> None:
-        """Go on in another container; with `keep`, what is placed stays as far from its lowest corner as it was."""
-        self.container, self.room = container, Room(container, self.room.voxel)
+    def enter(self, container: Container, keep: bool = False, coarser: float = 1.0) -> None:
+        """Go on in another container; with `keep`, what is placed stays as far from its lowest corner as it was.
+
+        coarser : times the edge of the voxels so far; other than 1, nothing can be kept.
+        """
+        self.container, self.room = container, Room(container, coarser * self.room.voxel)
+        if coarser != 1:
+            self.turns, self.slanted = {}, {}
         if not keep:
             self.placed = {}
 

@@ -54,6 +54,7 @@ class BoxTuning:
     voxel_of_likely_edge: float = 1 / 64  # of a cube as dense as is likely
     likely_density: float = 0.6
     first_density: float = 0.5  # of the box in which the placement of all begins
+    first_voxels_coarser: float = 2.0  # times a baseline's: objects are placed among these if others are next
     replaced_volume_of_best: float = 0.97  # of the box in which a further placement begins
     last_fraction_of_budget: float = 0.02  # in which pressing takes what it can get
     negligible_of_volume: float = 1e-6  # what may be left
@@ -140,8 +141,16 @@ class _Search:
         first = self.shape.sized(self.best.taken / TUNING.first_density)
         room, rule = box_of(self.shape, first), self.rule or "spectral"
         self.placement = Placement(self.bodies, room, self.settings.seed, rule, straight=True)
-        if self.placement.coarse:  # cubes may leave nothing between them, and growing costs little
+        self.equal_cubes = self.placement.coarse
+        if self.equal_cubes:  # they may leave nothing between them, and growing costs little
             self.placement.enter(box_of(self.shape, self.shape.sized(self.best.taken)))
+        elif self.rule is None and "voxels" in self.gains:  # what comes next moves all anyway
+            try:
+                self.placement.enter(room, coarser=TUNING.first_voxels_coarser)
+                self._place_in_growing_box(None)
+                return
+            except InputError:  # between fixed edges that are hardly longer than an object
+                self.placement.enter(room, coarser=1 / TUNING.first_voxels_coarser)
         self._place_in_growing_box(None)
 
     def place_again(self) -> None:
@@ -189,7 +198,7 @@ class _Search:
         from .voxel_descent import VoxelDescent
 
         voxel = self.placement.room.voxel
-        if not self.placement.coarse:
+        if not self.equal_cubes:
             likely = float(self.best.taken / TUNING.likely_density) ** (1 / 3)
             voxel = choose_size(self.bodies, self.shape, TUNING.voxel_of_likely_edge * likely)
         return VoxelDescent(self.best, voxel, self.settings.seed)

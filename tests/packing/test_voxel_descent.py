@@ -1,5 +1,7 @@
 """Boxes get smaller, and what does not hold is not kept."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -7,6 +9,7 @@ import trimesh
 
 from rasp_core.geometry.containers import FreeBox, box
 from rasp_core.geometry.meshes import make_body, unique_names
+from rasp_core.packing import voxel_descent
 from rasp_core.packing.voxel_descent import VoxelDescent
 from rasp_core.poses import Poses
 
@@ -36,6 +39,11 @@ def begun(best):
     descent.compaction.run = lambda *start: found.append(run(*start)) or found[-1]
     descent.begin()
     return descent, found
+
+
+def noted(done, name, do):
+    """The same function, which adds its name to `done` when it is called."""
+    return lambda *given: done.append(name) or do(*given)
 
 
 def in_time():
@@ -71,3 +79,40 @@ def test_what_is_no_smaller_is_not_compacted():
     best.least = 1e-6
     descent.end(in_time)
     assert best.asked == []
+
+
+def test_where_nothing_helps_it_begins_anew_then_swaps_then_voxels_get_finer(monkeypatch):
+    monkeypatch.setattr(
+        voxel_descent, "TUNING", replace(voxel_descent.TUNING, patience=2, restarts=2, swaps=1, finest=0.5)
+    )
+    descent, _ = begun(Loose(True, 1.0))
+    search, overlaps, done = descent.search, iter([5.0, *[9.0] * 20]), []
+    search.sweep = lambda: next(overlaps)
+    for name in ("restore", "swap", "forget"):
+        monkeypatch.setattr(search, name, noted(done, name, getattr(search, name)))
+    after = []
+    for _ in range(9):
+        descent.improve(in_time)
+        after.append(list(done))
+        done.clear()
+    assert after[0] == after[1] == [], "5, the least, then 9"
+    assert after[2] == ["restore", "forget"], "patience is over"
+    assert after[4] == ["restore", "forget", "restore", "swap", "forget"], "for the second time"
+    assert descent.search is search
+    assert (descent.least, len(descent.stuck)) == (9.0, 1)
+    while descent.search is search:
+        descent.improve(in_time)
+    assert 0.5 * 0.02 <= descent.search.voxel < 0.02
+    assert descent.stuck == []
+
+
+def test_from_the_finest_voxels_on_they_stay(monkeypatch):
+    monkeypatch.setattr(
+        voxel_descent, "TUNING", replace(voxel_descent.TUNING, patience=1, restarts=1, swaps=0, finest=1.0)
+    )
+    descent, _ = begun(Loose(True, 1.0))
+    descent.search.sweep = lambda: 1.0
+    search = descent.search
+    for _ in range(5):
+        descent.improve(in_time)
+    assert descent.search is search
