@@ -26,7 +26,7 @@ class DescentTuning:
 
     patience: int = 100  # sweeps without less overlap, before it begins anew
     restarts: int = 3  # without less overlap, before two bodies change places
-    swaps: int = 3  # in a box, before voxels get finer
+    swaps: int = 2  # in a box, before voxels get finer
     finer: float = 0.6  # times their edge
     finest: float = 0.4  # of the first ones' edge: from there on they stay
     voxels_at_once: tuple[tuple[int, int], ...] = ((2, 4), (14, 2))  # after so few sweeps the box shrinks by so many

@@ -30,8 +30,8 @@ class VoxelSearchTuning:
     """What the search was tuned to."""
 
     coarse_voxels: int = 4  # edge of the coarse lattice's cells
-    places: int = 48  # of the coarse lattice that are looked at on the fine one
-    refined: int = 4  # of these, from which a move goes downhill
+    places: int = 128  # of the coarse lattice that are looked at on the fine one
+    refined: int = 8  # of these, from which a move goes downhill
     heavier_at_least: float = 1.2  # times: the weight of two that share something
     heavier_at_most: float = 2.0  # of the two that share most
     lighter: float = 0.95  # times: that of two that share nothing, down to 1
