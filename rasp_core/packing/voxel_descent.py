@@ -15,7 +15,7 @@ import numpy as np
 from .best_box import BestBox
 from .compaction import Compaction
 from .voxel_bodies import choose_size
-from .voxel_search import VoxelSearch
+from .voxel_search import CELL, VoxelSearch
 
 State = tuple[np.ndarray, np.ndarray, np.ndarray]
 
@@ -40,7 +40,7 @@ class VoxelDescent:
     replaces."""
 
     def __init__(self, best: BestBox, voxel: float, seed: int) -> None:
-        self.best, self.finest = best, TUNING.finest * voxel
+        self.best, self.first = best, voxel
         self.random = np.random.default_rng(seed)
         self.search = VoxelSearch(best.bodies, best.shape, voxel, self.random)
         self.compaction = Compaction(best.bodies, best.shape)
@@ -98,10 +98,11 @@ class VoxelDescent:
     def _disrupt(self) -> None:
         """Two bodies change places where it was stuck now or before; or voxels get finer."""
         self.stuck.append(self.state)
-        if len(self.stuck) > TUNING.swaps and self.search.voxel > self.finest:
+        if len(self.stuck) > TUNING.swaps and self.search.voxel > TUNING.finest * self.first:
             bodies, shape = self.best.bodies, self.best.shape
             voxel = choose_size(bodies, shape, TUNING.finer * self.search.voxel)
-            self.search = VoxelSearch(bodies, shape, voxel, self.random)
+            # cells that are no smaller, so that a move takes hardly longer, and no more memory
+            self.search = VoxelSearch(bodies, shape, voxel, self.random, round(CELL * self.first / voxel))
             self.begin()
             return
         self.search.restore(self.stuck[self.random.integers(len(self.stuck))])

@@ -29,7 +29,6 @@ from .voxel_correlation import Turned, straight
 class VoxelSearchTuning:
     """What the search was tuned to."""
 
-    coarse_voxels: int = 4  # edge of the coarse lattice's cells
     places: int = 128  # of the coarse lattice that are looked at on the fine one
     refined: int = 8  # of these, from which a move goes downhill
     heavier_at_least: float = 1.2  # times: the weight of two that share something
@@ -41,24 +40,28 @@ class VoxelSearchTuning:
 
 
 TUNING = VoxelSearchTuning()
+CELL = 4  # voxels
 
 
 class VoxelSearch:
     """Bodies in a box of voxels that is made smaller and smaller.
 
-    voxel : its edge in metres. random : draws orders, swaps, and the edge that shrinks. After `begin`: size `(3,)`, the
-    box in voxels, and of each body turn `(N,)`, which of the turned bodies it is, and shift `(N, 3)`, where its first
-    voxel lies. Where the box has zones, they are one more body that stays, the last.
+    voxel : its edge in metres. random : draws orders, swaps, and the edge that shrinks. cell : edge of the coarse
+    lattice's cells, in voxels. After `begin`: size `(3,)`, the box in voxels, and of each body turn `(N,)`, which of
+    the turned bodies it is, and shift `(N, 3)`, where its first voxel lies. Where the box has zones, they are one more
+    body that stays, the last.
     """
 
-    def __init__(self, bodies: Sequence[Body], shape: FreeBox, voxel: float, random: np.random.Generator) -> None:
-        self.bodies, self.shape, self.voxel, self.random = list(bodies), shape, voxel, random
+    def __init__(
+        self, bodies: Sequence[Body], shape: FreeBox, voxel: float, random: np.random.Generator, cell: int = CELL
+    ) -> None:
+        self.bodies, self.shape, self.voxel, self.random, self.cell = list(bodies), shape, voxel, random, cell
         self._turns: list[VoxelBody] = []
         known: dict[tuple, list[int]] = {}
         for body in self.bodies:
             if kind(body) not in known:
                 turns = straight(body, voxel, filled)
-                known[kind(body)] = self._add([in_runs(turned, TUNING.coarse_voxels) for turned in turns])
+                known[kind(body)] = self._add([in_runs(turned, self.cell) for turned in turns])
         self._choices = [known[kind(body)] for body in self.bodies]
         self._zones: np.ndarray | None = None  # of the box, from its floor up to a height that was needed
 
@@ -158,15 +161,15 @@ class VoxelSearch:
         if not len(turns):
             return  # it lies across, and goes in no other way
         others = np.where(np.arange(len(self.turn)) == i, 0, self.weights[i])
-        voxel_runs.add_up(self._blocks, voxels, placed, others, TUNING.coarse_voxels)
+        voxel_runs.add_up(self._blocks, voxels, placed, others, self.cell)
         counts = fft.irfftn(fft.rfftn(self._blocks, self._padded)[None] * spectra, self._padded, axes=(1, 2, 3))
         counts[outside] = np.inf
         best = np.argpartition(counts, min(TUNING.places, counts.size) - 1, axis=None)[: TUNING.places]
         which, *corner = np.unravel_index(best[np.isfinite(counts.flat[best])], counts.shape)
         tried = turns[which]
-        shifts = np.minimum(TUNING.coarse_voxels * np.column_stack(corner), self.size - voxels.sizes[tried])
+        shifts = np.minimum(self.cell * np.column_stack(corner), self.size - voxels.sizes[tried])
         self.turn[i], self.shift[i], _ = voxel_runs.best_place(
-            voxels, placed, i, weights, self.size, tried, shifts, TUNING.refined, TUNING.coarse_voxels
+            voxels, placed, i, weights, self.size, tried, shifts, TUNING.refined, self.cell
         )
 
     def _correlated(self, i: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -178,7 +181,7 @@ class VoxelSearch:
             spectra = [np.conj(fft.rfftn(self._turns[k].coarse, self._padded)).astype(np.complex64) for k in turns]
             outside = np.ones((len(turns), *self._padded), bool)
             for k, one in zip(turns, outside, strict=True):
-                last = -(-(self.size - self._sizes[k]) // TUNING.coarse_voxels)
+                last = -(-(self.size - self._sizes[k]) // self.cell)
                 one[tuple(slice(0, end + 1) for end in last)] = False
             self._spectra[key] = turns, np.array(spectra), outside
         return self._spectra[key]
@@ -193,9 +196,9 @@ class VoxelSearch:
         self.size = np.maximum(size, self._sizes[self.turn[: len(self.bodies)]].max(0))
         if self.shape.zones:
             zones = Turned(np.eye(3), self._zone_voxels(), np.zeros(3))
-            self._voxels = laid_out([*self._turns, in_runs(zones, TUNING.coarse_voxels)])
+            self._voxels = laid_out([*self._turns, in_runs(zones, self.cell)])
         self._move_in()
-        self._blocks = np.zeros(-(-self.size // TUNING.coarse_voxels), np.float32)
+        self._blocks = np.zeros(-(-self.size // self.cell), np.float32)
         self._padded = tuple(fft.next_fast_len(int(n), real=True) for n in self._blocks.shape)
         self._spectra: dict[tuple, tuple[np.ndarray, np.ndarray, np.ndarray]] = {}
 
@@ -224,7 +227,7 @@ class VoxelSearch:
 
     def _across(self, body: Body, rotation: np.ndarray) -> VoxelBody:
         """A body turned as no right-angled turn has it."""
-        return in_runs(filled(body, rotation, self.voxel), TUNING.coarse_voxels)
+        return in_runs(filled(body, rotation, self.voxel), self.cell)
 
     def _add(self, turns: Sequence[VoxelBody]) -> list[int]:
         """Keep turned bodies, those of equal voxels once; their numbers."""
