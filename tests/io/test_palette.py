@@ -56,3 +56,16 @@ def test_a_film_has_one_palette_and_its_pictures_in_their_order(tmp_path):
             shown = np.asarray(film.convert("RGB")).astype(int)
             assert np.abs(shown - picture).mean() < 6
             assert len(np.unique(shown.reshape(-1, 3), axis=0)) <= 64
+
+
+def test_a_large_png_has_half_the_colours():
+    pixels = shaded()
+    whole = palette.png(pixels)
+    assert palette.png(pixels, len(whole)) == whole
+    data = palette.png(pixels, len(whole) - 1)
+    assert len(data) < 0.9 * len(whole)
+    assert (
+        len(np.unique(read(data)[1].reshape(-1, 3), axis=0))
+        <= 128
+        < len(np.unique(read(whole)[1].reshape(-1, 3), axis=0))
+    )

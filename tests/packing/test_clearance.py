@@ -209,3 +209,21 @@ def test_grown_bodies_count_as_overlapping_only_if_those_inside_come_too_near():
     matrices[1, 0, 3] = 1.4
     assert certify(bodies, matrices, box((4, 1.2, 1.2))).holds
     assert len(certify(bodies, matrices, box((4, 1.2 - 1e-6, 1.2))).protrusions) == 2
+
+
+def test_bodies_are_grown_and_the_container_is_shrunk_by_the_rest():
+    """Two that ask for 2 and 6 mm, 5 mm from the wall: half of the least, the rest of it for who asks for more."""
+    bodies, asked = blocks_and_cans(2), Clearance(np.array([0.002, 0.006]), 0.005)
+    assert asked.growth == pytest.approx([0.001, 0.005])
+    assert asked.margin == pytest.approx(0.004)
+    bodies[1] = replace(bodies[1], wishes=Wishes(clearance=0.006))
+    large = [asked.grown(i, body) for i, body in enumerate(bodies)]
+    for body, one, growth in zip(bodies, large, (0.001, 0.005), strict=True):
+        wider = np.ptp(one.solid_vertices, axis=0) - np.ptp(body.solid_vertices, axis=0)
+        assert wider == pytest.approx(2 * growth, rel=0.1)
+        assert one.wishes.clearance is None
+
+
+def test_who_asks_for_nothing_is_not_grown():
+    (body,) = blocks_and_cans(1)
+    assert Clearance(np.zeros(1), 0.0).grown(0, body).solid_vertices is body.solid_vertices

@@ -159,3 +159,24 @@ def test_cubes_leave_nothing_between_them():
     packed = minimal_box.pack(bodies, parse("auto"), QUICK, effort=2)
     edges = holds_all(packed, bodies)
     assert packed.density > 0.8, edges
+
+
+def test_what_fits_among_finer_voxels_alone_is_placed():
+    """A base that is hardly wider than the widest object."""
+    bodies = kitchen_like(5)
+    wide = 1.007 * max(2 * np.sort(body.half_extents)[1] for body in bodies)
+    search = minimal_box._Search(bodies, FreeBox((wide, wide, None)), QUICK, "cpu", Budget(effort=0), False, None)
+    search.place()
+    fine = minimal_box._Search(bodies, FreeBox((wide, wide, None)), QUICK, "cpu", Budget(effort=0), False, "spectral")
+    fine.place()
+    assert search.placement.room.voxel == pytest.approx(fine.placement.room.voxel)
+    assert search.best.edges == pytest.approx(fine.best.edges)
+
+
+def test_the_first_placement_is_among_coarser_voxels_for_the_search_alone():
+    made = {}
+    for rule in (None, "spectral"):
+        search = minimal_box._Search(kitchen_like(6), parse("auto"), QUICK, "cpu", Budget(effort=0), False, rule)
+        search.place()
+        made[rule] = search.placement.room.voxel
+    assert made[None] == pytest.approx(2 * made["spectral"])
