@@ -54,7 +54,7 @@ class MeshDistance:
 
     def at(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Of points `(M, 3)`: distances `(M,)`, negative inside, and unit directions `(M, 3)` in which they grow."""
-        from ..kernels.winding import winding_numbers
+        import igl
 
         asked = points.astype(np.float32)
         found = self._scene.compute_closest_points(asked)
@@ -62,7 +62,8 @@ class MeshDistance:
         length = np.linalg.norm(away, axis=1)
         inside = (away * normals).sum(1) < 0
         doubtful = np.flatnonzero(inside != (self._scene.compute_occupancy(asked).numpy() > 0))
-        inside[doubtful] = winding_numbers(self._vertices, self._faces, points[doubtful]) > 0.5
+        if len(doubtful):
+            inside[doubtful] = igl.winding_number(self._vertices, self._faces, points[doubtful]) > 0.5
         side = np.where(inside, -1.0, 1.0)
         directions = normals / np.linalg.norm(normals, axis=1, keepdims=True).clip(TINY)
         far = length > self._touching

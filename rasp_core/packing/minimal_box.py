@@ -141,17 +141,20 @@ class _Search:
         first = self.shape.sized(self.best.taken / TUNING.first_density)
         room, rule = box_of(self.shape, first), self.rule or "spectral"
         self.placement = Placement(self.bodies, room, self.settings.seed, rule, straight=True)
-        self.equal_cubes = self.placement.coarse
+        self.equal_cubes, voxel = self.placement.coarse, self.placement.room.voxel
         if self.equal_cubes:  # they may leave nothing between them, and growing costs little
             self.placement.enter(box_of(self.shape, self.shape.sized(self.best.taken)))
-        elif self.rule is None and "voxels" in self.gains:  # what comes next moves all anyway
+            return self._place_in_growing_box(None)
+        # what comes next moves all anyway; between edges that are hardly longer than an object others may be needed
+        coarser = [TUNING.first_voxels_coarser * voxel] if self.rule is None and "voxels" in self.gains else []
+        whole = [edge / np.ceil(edge / voxel) for edge in first[~self.shape.free]]
+        for one in [*coarser, voxel, *whole]:
             try:
-                self.placement.enter(room, coarser=TUNING.first_voxels_coarser)
-                self._place_in_growing_box(None)
-                return
-            except InputError:  # between fixed edges that are hardly longer than an object
-                self.placement.enter(room, coarser=1 / TUNING.first_voxels_coarser)
-        self._place_in_growing_box(None)
+                self.placement.enter(room, coarser=one / self.placement.room.voxel)
+                return self._place_in_growing_box(None)
+            except InputError as error:
+                narrow = error
+        raise narrow
 
     def place_again(self) -> None:
         """Place anew in a shaken order; the box starts a little below the best."""

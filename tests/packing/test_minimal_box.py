@@ -161,10 +161,11 @@ def test_cubes_leave_nothing_between_them():
     assert packed.density > 0.8, edges
 
 
-def test_what_fits_among_finer_voxels_alone_is_placed():
-    """A base that is hardly wider than the widest object."""
+@pytest.mark.parametrize("wider", [1.007, 1.011])
+def test_what_fits_among_other_voxels_alone_is_placed(wider):
+    """A base that is hardly wider than the widest object: by the first by finer ones, by the second by a whole number."""
     bodies = kitchen_like(5)
-    wide = 1.007 * max(2 * np.sort(body.half_extents)[1] for body in bodies)
+    wide = wider * max(2 * np.sort(body.half_extents)[1] for body in bodies)
     search = minimal_box._Search(bodies, FreeBox((wide, wide, None)), QUICK, "cpu", Budget(effort=0), False, None)
     search.place()
     fine = minimal_box._Search(bodies, FreeBox((wide, wide, None)), QUICK, "cpu", Budget(effort=0), False, "spectral")
