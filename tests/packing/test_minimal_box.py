@@ -163,7 +163,7 @@ def test_cubes_leave_nothing_between_them():
 
 @pytest.mark.parametrize("wider", [1.007, 1.011])
 def test_what_fits_among_other_voxels_alone_is_placed(wider):
-    """A base that is hardly wider than the widest object: by the first by finer ones, by the second by a whole number."""
+    """A base hardly wider than the widest object: at first by finer ones, then by a whole number of them."""
     bodies = kitchen_like(5)
     wide = wider * max(2 * np.sort(body.half_extents)[1] for body in bodies)
     search = minimal_box._Search(bodies, FreeBox((wide, wide, None)), QUICK, "cpu", Budget(effort=0), False, None)
