@@ -29,6 +29,13 @@ def holds_all(packed, bodies):
     return packed.container.size
 
 
+def placed(bodies, shape, rule=None, effort=0):
+    """A search that has its first box."""
+    search = minimal_box._Search(bodies, shape, QUICK, "cpu", Budget(effort=effort), False, rule)
+    search.place()
+    return search
+
+
 @pytest.mark.parametrize("text", ["auto", "auto:cube", "auto:0.2,0.16,*"])
 def test_all_objects_lie_in_a_box_of_the_shape(text):
     bodies = kitchen_like(10)
@@ -77,8 +84,7 @@ def test_many_bodies_are_pressed_alone(monkeypatch):
 
 
 def test_the_means_that_gained_more_goes_on():
-    search = minimal_box._Search(kitchen_like(4), parse("auto"), QUICK, "cpu", Budget(effort=100), False, None)
-    search.place()
+    search = placed(kitchen_like(4), parse("auto"), effort=100)
     search.means, search.least_before = "pressing", 1.1 * search.best.least
     search.gains["voxels"] = 0.05
     search._take_turns()
@@ -166,18 +172,11 @@ def test_what_fits_among_other_voxels_alone_is_placed(wider):
     """A base hardly wider than the widest object: at first by finer ones, then by a whole number of them."""
     bodies = kitchen_like(5)
     wide = wider * max(2 * np.sort(body.half_extents)[1] for body in bodies)
-    search = minimal_box._Search(bodies, FreeBox((wide, wide, None)), QUICK, "cpu", Budget(effort=0), False, None)
-    search.place()
-    fine = minimal_box._Search(bodies, FreeBox((wide, wide, None)), QUICK, "cpu", Budget(effort=0), False, "spectral")
-    fine.place()
+    search, fine = (placed(bodies, FreeBox((wide, wide, None)), rule) for rule in (None, "spectral"))
     assert search.placement.room.voxel == pytest.approx(fine.placement.room.voxel)
     assert search.best.edges == pytest.approx(fine.best.edges)
 
 
 def test_the_first_placement_is_among_coarser_voxels_for_the_search_alone():
-    made = {}
-    for rule in (None, "spectral"):
-        search = minimal_box._Search(kitchen_like(6), parse("auto"), QUICK, "cpu", Budget(effort=0), False, rule)
-        search.place()
-        made[rule] = search.placement.room.voxel
-    assert made[None] == pytest.approx(2 * made["spectral"])
+    search, baseline = (placed(kitchen_like(6), parse("auto"), rule) for rule in (None, "spectral"))
+    assert search.placement.room.voxel == pytest.approx(2 * baseline.placement.room.voxel)

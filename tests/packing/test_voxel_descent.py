@@ -41,6 +41,10 @@ def begun(best):
     return descent, found
 
 
+def tuned(monkeypatch, **values):
+    monkeypatch.setattr(voxel_descent, "TUNING", replace(voxel_descent.TUNING, **values))
+
+
 def noted(done, name, do):
     """The same function, which adds its name to `done` when it is called."""
     return lambda *given: done.append(name) or do(*given)
@@ -82,9 +86,7 @@ def test_what_is_no_smaller_is_not_compacted():
 
 
 def test_where_nothing_helps_it_begins_anew_then_swaps_then_voxels_get_finer(monkeypatch):
-    monkeypatch.setattr(
-        voxel_descent, "TUNING", replace(voxel_descent.TUNING, patience=2, restarts=2, swaps=1, finest=0.5)
-    )
+    tuned(monkeypatch, patience=2, restarts=2, swaps=1, finest=0.5)
     descent, _ = begun(Loose(True, 1.0))
     search, overlaps, done = descent.search, iter([5.0, *[9.0] * 20]), []
     search.sweep = lambda: next(overlaps)
@@ -107,9 +109,7 @@ def test_where_nothing_helps_it_begins_anew_then_swaps_then_voxels_get_finer(mon
 
 
 def test_from_the_finest_voxels_on_they_stay(monkeypatch):
-    monkeypatch.setattr(
-        voxel_descent, "TUNING", replace(voxel_descent.TUNING, patience=1, restarts=1, swaps=0, finest=1.0)
-    )
+    tuned(monkeypatch, patience=1, restarts=1, swaps=0, finest=1.0)
     descent, _ = begun(Loose(True, 1.0))
     descent.search.sweep = lambda: 1.0
     search = descent.search
