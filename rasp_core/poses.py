@@ -1,6 +1,6 @@
 """Rigid poses: of many bodies at once (`Poses`), and how the loop learns them (`Variables`).
 
-Three angles -> quaternion -> rotation, as in the paper; quaternions directly as the alternative.
+Three angles, whose rotations are the paper's (it makes them by way of quaternions); quaternions as the alternative.
 
 A pose maps body to world, column vectors: `x_world = R @ x_body + t`. Quaternions are `(..., 4)`, scalar first.
 """
@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import torch
@@ -129,24 +130,6 @@ def from_matrices(bodies: Sequence[Body], matrices: np.ndarray) -> Poses:
     return Poses(torch.from_numpy(np.array(rotation, np.float64)), torch.from_numpy(places))
 
 
-def angles_to_quaternion(angles_rad: Tensor) -> Tensor:
-    """`(..., 3)` angles about x, y, z in radians -> `(..., 4)` unit quaternions.
-
-    The turn about x comes first, then y, then z (all about the world's axes): R = Rz @ Ry @ Rx.
-    """
-    half = angles_rad / 2
-    (cx, cy, cz), (sx, sy, sz) = half.cos().unbind(-1), half.sin().unbind(-1)
-    return torch.stack(
-        [
-            cz * cy * cx + sz * sy * sx,
-            cz * cy * sx - sz * sy * cx,
-            cz * sy * cx + sz * cy * sx,
-            sz * cy * cx - cz * sy * sx,
-        ],
-        -1,
-    )
-
-
 def quaternion_to_rotation(quaternion: Tensor) -> Tensor:
     """`(..., 4)` quaternions of any length but zero -> `(..., 3, 3)` rotation matrices."""
     w, x, y, z = (quaternion / quaternion.norm(dim=-1, keepdim=True)).unbind(-1)
@@ -165,8 +148,23 @@ def quaternion_to_rotation(quaternion: Tensor) -> Tensor:
 
 
 def angles_to_rotation(angles_rad: Tensor) -> Tensor:
-    """`(..., 3)` angles about x, y, z in radians -> `(..., 3, 3)` rotation matrices."""
-    return quaternion_to_rotation(angles_to_quaternion(angles_rad))
+    """`(..., 3)` angles about x, y, z in radians -> `(..., 3, 3)` rotation matrices.
+
+    The turn about x comes first, then y, then z (all about the world's axes): R = Rz @ Ry @ Rx, each by Rodrigues'
+    formula, 1 + sin(a) K + (1 - cos(a)) K^2.
+    """
+    cross, twice = _cross_products(angles_rad.device, angles_rad.dtype)
+    sine, cosine = angles_rad.sin()[..., None, None], angles_rad.cos()[..., None, None]
+    x, y, z = (sine * cross + (1 - cosine) * twice + cross.new_ones(3).diag()).unbind(-3)
+    return z @ y @ x
+
+
+@cache
+def _cross_products(device: torch.device, dtype: torch.dtype) -> tuple[Tensor, Tensor]:
+    """K `(3, 3, 3)`, by which K[i] @ v is the cross product of axis i and v, and K @ K."""
+    axes = torch.eye(3, dtype=dtype)
+    cross = torch.linalg.cross(axes[:, None], axes.expand(3, 3, 3)).mT
+    return cross.to(device), (cross @ cross).to(device)
 
 
 def rotation_to_angles(rotation: Tensor) -> Tensor:

@@ -27,8 +27,8 @@ def test_angles_turn_about_x_then_y_then_z(angle):
 
 @given(angles, st.floats(0.1, 10))
 def test_quaternions_of_any_length_are_scalar_first(angle, length):
-    quaternion = poses.angles_to_quaternion(angle)
-    expected = Rotation.from_quat(quaternion.numpy()[[1, 2, 3, 0]]).as_matrix()
+    rotation = Rotation.from_euler("xyz", angle.numpy())
+    expected, quaternion = rotation.as_matrix(), torch.from_numpy(rotation.as_quat()[[3, 0, 1, 2]])
     assert poses.quaternion_to_rotation(length * quaternion).numpy() == pytest.approx(expected, abs=1e-12)
 
 
