@@ -112,11 +112,11 @@ def overlap(voxels, placed, body, turn, shift, weights, most):
 
 
 @njit(cache=True, nogil=True)
-def best_place(voxels, placed, body, weights, room, turns, shifts, refined, step):
+def best_place(voxels, placed, body, weights, room, turns, shifts, refined, step, present):
     """Where a body overlaps least of some places, those that are best refined: turn, shift `(3,)` and `overlap`.
 
-    turns `(K,)`, shifts `(K, 3)`: turned bodies and where they are tried; where it is now is refined, too, and the
-    answer if none is better. room `(3,)`: the box, in voxels. refined : how many. From each of these it goes downhill,
+    turns `(K,)`, shifts `(K, 3)`: turned bodies and where they are tried; where it is now, with an overlap of
+    `present`, is refined, too, and the answer if none is better. room `(3,)`: the box, in voxels. refined : how many. From each of these it goes downhill,
     a step of `step` voxels along an axis at a time, then of half of it, to one.
     """
     values = np.empty(len(turns), np.float32)
@@ -127,8 +127,7 @@ def best_place(voxels, placed, body, weights, room, turns, shifts, refined, step
             least[-1] = values[k]
             least.sort()
     best_turn, best_shift = placed.turn[body], placed.shift[body].copy()
-    best = overlap(voxels, placed, body, best_turn, best_shift, weights, np.float32(np.inf))
-    best = _downhill(voxels, placed, body, weights, room, best_turn, best_shift, best, step)
+    best = _downhill(voxels, placed, body, weights, room, best_turn, best_shift, present, step)
     for k in np.argsort(values)[:refined]:
         if best == 0:
             break

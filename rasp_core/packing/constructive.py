@@ -98,13 +98,14 @@ class Placement:
         self.slanted: dict[tuple, list[Turned]] = {}
         self.placed: dict[int, tuple[Turned, np.ndarray]] = {}
 
-    def enter(self, container: Container, keep: bool = False, coarser: float = 1.0) -> None:
+    def enter(self, container: Container, keep: bool = False, voxel: float | None = None) -> None:
         """Go on in another container; with `keep`, what is placed stays as far from its lowest corner as it was.
 
-        coarser : times the edge of the voxels so far; other than 1, nothing can be kept.
+        voxel : edge of its voxels in metres, as before if None; where it changes, nothing can be kept.
         """
-        self.container, self.room = container, Room(container, coarser * self.room.voxel)
-        if coarser != 1:
+        before = self.room.voxel
+        self.container, self.room = container, Room(container, before if voxel is None else voxel)
+        if self.room.voxel != before:
             self.turns, self.slanted = {}, {}
         if not keep:
             self.placed = {}

@@ -54,8 +54,6 @@ class MeshDistance:
 
     def at(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Of points `(M, 3)`: distances `(M,)`, negative inside, and unit directions `(M, 3)` in which they grow."""
-        import igl
-
         asked = points.astype(np.float32)
         found = self._scene.compute_closest_points(asked)
         away, normals = points - found["points"].numpy(), self._normals(found)
@@ -63,6 +61,8 @@ class MeshDistance:
         inside = (away * normals).sum(1) < 0
         doubtful = np.flatnonzero(inside != (self._scene.compute_occupancy(asked).numpy() > 0))
         if len(doubtful):
+            import igl
+
             inside[doubtful] = igl.winding_number(self._vertices, self._faces, points[doubtful]) > 0.5
         side = np.where(inside, -1.0, 1.0)
         directions = normals / np.linalg.norm(normals, axis=1, keepdims=True).clip(TINY)

@@ -150,7 +150,7 @@ class _Search:
         whole = [edge / np.ceil(edge / voxel) for edge in first[~self.shape.free]]
         for one in [*coarser, voxel, *whole]:
             try:
-                self.placement.enter(room, coarser=one / self.placement.room.voxel)
+                self.placement.enter(room, voxel=one)
                 return self._place_in_growing_box(None)
             except InputError as error:
                 narrow = error

@@ -29,6 +29,7 @@ class DescentTuning:
     swaps: int = 2  # in a box, before voxels get finer
     finer: float = 0.6  # times their edge
     finest: float = 0.4  # of the first ones' edge: from there on they stay
+    most_memory: float = 2**29  # bytes of the bodies' tables, above which they stay as they are, too
     voxels_at_once: tuple[tuple[int, int], ...] = ((2, 4), (14, 2))  # after so few sweeps the box shrinks by so many
 
 
@@ -98,7 +99,8 @@ class VoxelDescent:
     def _disrupt(self) -> None:
         """Two bodies change places where it was stuck now or before; or voxels get finer."""
         self.stuck.append(self.state)
-        if len(self.stuck) > TUNING.swaps and self.search.voxel > TUNING.finest * self.first:
+        fine = self.search.voxel <= TUNING.finest * self.first
+        if len(self.stuck) > TUNING.swaps and not fine and self.search.memory < TUNING.most_memory * TUNING.finer**3:
             bodies, shape = self.best.bodies, self.best.shape
             voxel = choose_size(bodies, shape, TUNING.finer * self.search.voxel)
             # cells that are no smaller, so that a move takes hardly longer, and no more memory

@@ -74,13 +74,11 @@ class VoxelSearch:
             self.turn[i] = near[0] if near else self._add([self._across(body, turned)])[0]
         corners = translation - np.array([self._turns[k].centre for k in self.turn]) + edges / 2
         self.shift = np.rint(corners / self.voxel).astype(np.int64)
-        self._sizes = np.array([turn.size for turn in self._turns])
         lengths = np.array([body.volume for body in self.bodies]) ** (1 / 3)
         if self.shape.zones:
             self.turn, self.shift = np.append(self.turn, len(self._turns)), np.append(self.shift, [[0, 0, 0]], axis=0)
             lengths = np.append(lengths, lengths.mean())
-        else:
-            self._voxels = laid_out(self._turns)
+        self._voxels = laid_out(self._turns)
         # what two share counts more the larger they are, as that takes a longer way to undo
         self._lengths = np.sqrt(np.outer(lengths, lengths)).astype(np.float32) / np.float32(lengths.mean())
         self.forget()
@@ -92,10 +90,11 @@ class VoxelSearch:
 
     def sweep(self) -> float:
         """Move each body that shares something, in a random order; how much is overlapped then, 0 if nothing is."""
-        shared = self._shared()
+        shared = self._shared() if self._left is None else self._left
         for i in self.random.permutation(np.flatnonzero(shared[: len(self.bodies)].any(1))):
             self._move(i)
-        overlap = self._lengths * np.cbrt(self._shared())
+        self._left = self._shared()
+        overlap = self._lengths * self._left.astype(np.float32) ** voxel_runs.POWER
         if most := overlap.max():
             heavier = TUNING.heavier_at_least + (TUNING.heavier_at_most - TUNING.heavier_at_least) * overlap / most
             heavier = np.minimum(self.weights * heavier, TUNING.heaviest)
@@ -138,6 +137,11 @@ class VoxelSearch:
         self.weights = np.ones((len(self.turn),) * 2, np.float32)
 
     @property
+    def memory(self) -> int:
+        """Bytes that the bodies' tables take; they grow with the third power as voxels get finer."""
+        return self._voxels.below.nbytes
+
+    @property
     def edges(self) -> np.ndarray:
         """`(3,)` of the box, metres; those that are given are as given."""
         return self.shape.lengths(self.size * self.voxel)
@@ -155,7 +159,8 @@ class VoxelSearch:
         """Move a body to where it overlaps least, by weight, of what is found; it stays if that is no less."""
         voxels, placed = self._voxels, voxel_runs.Placed(self.turn, self.shift)
         weights = self.weights[i] * self._lengths[i]
-        if voxel_runs.overlap(voxels, placed, i, self.turn[i], self.shift[i], weights, np.float32(np.inf)) == 0:
+        present = voxel_runs.overlap(voxels, placed, i, self.turn[i], self.shift[i], weights, np.float32(np.inf))
+        if present == 0:
             return
         turns, spectra, outside = self._correlated(i)
         if not len(turns):
@@ -169,7 +174,7 @@ class VoxelSearch:
         tried = turns[which]
         shifts = np.minimum(self.cell * np.column_stack(corner), self.size - voxels.sizes[tried])
         self.turn[i], self.shift[i], _ = voxel_runs.best_place(
-            voxels, placed, i, weights, self.size, tried, shifts, TUNING.refined, self.cell
+            voxels, placed, i, weights, self.size, tried, shifts, TUNING.refined, self.cell, present
         )
 
     def _correlated(self, i: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -181,7 +186,7 @@ class VoxelSearch:
             spectra = [np.conj(fft.rfftn(self._turns[k].coarse, self._padded)).astype(np.complex64) for k in turns]
             outside = np.ones((len(turns), *self._padded), bool)
             for k, one in zip(turns, outside, strict=True):
-                last = -(-(self.size - self._sizes[k]) // self.cell)
+                last = -(-(self.size - self._voxels.sizes[k]) // self.cell)
                 one[tuple(slice(0, end + 1) for end in last)] = False
             self._spectra[key] = turns, np.array(spectra), outside
         return self._spectra[key]
@@ -193,7 +198,7 @@ class VoxelSearch:
 
     def _enter(self, size: np.ndarray) -> None:
         """Take a box of so many voxels, or of more where a body does not go in; what would stick out is moved in."""
-        self.size = np.maximum(size, self._sizes[self.turn[: len(self.bodies)]].max(0))
+        self.size = np.maximum(size, self._voxels.sizes[self.turn[: len(self.bodies)]].max(0))
         if self.shape.zones:
             zones = Turned(np.eye(3), self._zone_voxels(), np.zeros(3))
             self._voxels = laid_out([*self._turns, in_runs(zones, self.cell)])
@@ -215,15 +220,16 @@ class VoxelSearch:
         return known[:, :, : self.size[2]]
 
     def _move_in(self) -> None:
+        self._left: np.ndarray | None = None  # voxels that pairs share after a sweep, until they are moved otherwise
         self.shift = np.clip(self.shift, 0, self.size - self._voxels.sizes[self.turn])
 
     def _sticking_out(self, size: np.ndarray) -> np.ndarray:
         """Bodies that are larger than a box as they are turned."""
-        return np.flatnonzero((self._sizes[self.turn[: len(self.bodies)]] > size).any(1))
+        return np.flatnonzero((self._voxels.sizes[self.turn[: len(self.bodies)]] > size).any(1))
 
     def _fitting(self, i: int, size: np.ndarray) -> list[int]:
         """The right-angled turns of a body that go into a box."""
-        return [k for k in self._choices[i] if (self._sizes[k] <= size).all()]
+        return [k for k in self._choices[i] if (self._voxels.sizes[k] <= size).all()]
 
     def _across(self, body: Body, rotation: np.ndarray) -> VoxelBody:
         """A body turned as no right-angled turn has it."""

@@ -69,8 +69,9 @@ def test_the_best_place_is_no_worse_than_any_and_no_step_is_better(arrays, voxel
     room = ROOM - arrays[0].shape
     starts = np.random.default_rng(2).integers(0, room + 1, (20, 3))
     before = starts.copy()
+    present = np.float32(overlap(arrays, SHIFTS[0]))
     turn, shift, value = voxel_runs.best_place(
-        voxels, placed, 0, WEIGHTS, ROOM, np.zeros(20, np.int64), starts, refined, 2
+        voxels, placed, 0, WEIGHTS, ROOM, np.zeros(20, np.int64), starts, refined, 2, present
     )
     assert turn == 0
     assert value == pytest.approx(overlap(arrays, shift), abs=1e-5)
@@ -84,5 +85,6 @@ def test_the_best_place_is_no_worse_than_any_and_no_step_is_better(arrays, voxel
 def test_a_body_that_shares_nothing_stays(voxels, placed):
     alone = voxel_runs.Placed(placed.turn[:1], placed.shift[:1])
     starts = np.zeros((3, 3), np.int64)
-    found = voxel_runs.best_place(voxels, alone, 0, WEIGHTS[:1], ROOM, np.zeros(3, np.int64), starts, 2, 2)
+    nothing = np.float32(0)
+    found = voxel_runs.best_place(voxels, alone, 0, WEIGHTS[:1], ROOM, np.zeros(3, np.int64), starts, 2, 2, nothing)
     assert (found[0], found[1].tolist(), found[2]) == (0, SHIFTS[0].tolist(), 0)

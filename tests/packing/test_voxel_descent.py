@@ -108,8 +108,9 @@ def test_where_nothing_helps_it_begins_anew_then_swaps_then_voxels_get_finer(mon
     assert descent.stuck == []
 
 
-def test_from_the_finest_voxels_on_they_stay(monkeypatch):
-    tuned(monkeypatch, patience=1, restarts=1, swaps=0, finest=1.0)
+@pytest.mark.parametrize("ends", [{"finest": 1.0}, {"most_memory": 1.0}])
+def test_from_the_finest_voxels_on_or_where_their_tables_would_be_too_large_they_stay(monkeypatch, ends):
+    tuned(monkeypatch, patience=1, restarts=1, swaps=0, **ends)
     descent, _ = begun(Loose(True, 1.0))
     descent.search.sweep = lambda: 1.0
     search = descent.search
