@@ -116,8 +116,8 @@ def best_place(voxels, placed, body, weights, room, turns, shifts, refined, step
     """Where a body overlaps least of some places, those that are best refined: turn, shift `(3,)` and `overlap`.
 
     turns `(K,)`, shifts `(K, 3)`: turned bodies and where they are tried; where it is now, with an overlap of
-    `present`, is refined, too, and the answer if none is better. room `(3,)`: the box, in voxels. refined : how many. From each of these it goes downhill,
-    a step of `step` voxels along an axis at a time, then of half of it, to one.
+    `present`, is refined, too, and the answer if none is better. room `(3,)`: the box, in voxels. refined : how many.
+    From each of these it goes downhill, a step of `step` voxels along an axis at a time, then of half of it, to one.
     """
     values = np.empty(len(turns), np.float32)
     least = np.full(refined, np.inf, np.float32)
