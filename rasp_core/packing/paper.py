@@ -46,6 +46,7 @@ class PaperTuning:
     first_round_of_iterations: float = 0.3
     next_rounds_of_first: float = 0.25
     contact_margin_of_width: float = 3e-4  # of the viewing width
+    descending_fraction_of_time: float = 0.5  # at most, if time is limited
     resolvable_fault_fraction: float = 0.006  # of the objects' volume: what the last stage can press out
     most_dropped_fraction: float = 0.08  # of the objects, in one round
     dropped_over_fault_fraction: float = 2.0  # once contact has pressed
@@ -112,7 +113,8 @@ class _Run:
         watch: Callable[[list[int], Poses, Tensor | None], object] | None,
     ):
         self.pool, self.container, self.settings, self.device = pool, container, settings, device
-        self.spent, self.watch = Budget(time_limit).spent, watch or (lambda chosen, poses, losses: None)
+        self.budget, self.watch = Budget(time_limit), watch or (lambda chosen, poses, losses: None)
+        self.part_of_time = 1.0  # after which what is under way ends
         self.layout = Layout(chosen, Poses.random([pool[i] for i in chosen], container, settings.seed))
         self.histories, self.pulls, self.rounds = [], [], []
         self.stray = 0.0  # of outlines, metres
@@ -129,7 +131,9 @@ class _Run:
         separation = Separation(self.pool, self.container, self.settings, torch.device("cpu"), self.spent, shadows=True)
         self.stray, interrupted = separation.stray, False
         try:
+            self.part_of_time = TUNING.descending_fraction_of_time
             self._descend()
+            self.part_of_time = 1.0
             self._settle(separation)
             self._grow(separation)
         except KeyboardInterrupt:
@@ -193,6 +197,10 @@ class _Run:
             self.layout = growth.improve(before, number)
             failures = failures + 1 if self.layout is before else 0
             self.bar.update()
+
+    def spent(self) -> bool:
+        """True where the time is over that what is under way has."""
+        return self.budget.spent(self.part_of_time)
 
     def _added(self, layout: Layout) -> None:
         self.layout = layout

@@ -28,6 +28,7 @@ from .enclosing_box import enclosing_box
 from .pool import Worth
 from .result import Packing, finish_anew
 
+AGAIN = 3  # times at most that more is taken out and dropped
 TRIES = 8  # of what to take out, all but the first by chance
 SPREAD = 0.5  # of the logarithm of what chance makes of a choice's worth
 CLOSED = (
@@ -52,12 +53,14 @@ def made_separable(
     most: int | None = None,
     device: str | torch.device = "cpu",
     late: Callable[[], bool] = lambda: False,
+    again: int = AGAIN,
 ) -> Packing:
     """The packing, or as much of it as comes apart and what is dropped on that, certified anew; `dismantling` says how.
 
     pool : that `packed.chosen` counts, of which fixed bodies stay and are in the way. container : that was asked for.
     clearance : of the pool. most : objects, at most. late : whether time is over, in which a box to be found is closed
-    up again. A packing that comes apart, or does not hold, keeps its poses.
+    up again. again : times that what is dropped may lock something, as where a box grows and a slanted way meets its
+    wall. A packing that comes apart, or does not hold, keeps its poses.
     Raises InputError if not one object comes out through the top, however few there are.
     """
     ways = Ways(packed.bodies, packed.matrices, packed.container)
@@ -97,6 +100,8 @@ def made_separable(
         return replace(again, dismantling=take_apart(Ways(again.bodies, again.matrices, again.container), left_out))
 
     whole = finished(dropped)
+    if whole.certificate.holds and whole.dismantling.stuck and again:
+        whole = made_separable(whole, pool, container, clearance, most, device, lambda: True, again - 1)
     if not _held(whole):
         return finished([])  # voxels let something through, which is rare
     if free is None or len(whole.chosen) > MOST_BODIES:
