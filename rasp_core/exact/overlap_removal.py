@@ -7,7 +7,7 @@ of Newton's method down that gradient halves a thin V at least.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import manifold3d
@@ -60,6 +60,42 @@ def remove_overlaps(
     of the bodies that may move, all if None; what the others have among themselves is taken as it is. Grown bodies are
     moved until those inside them are as far apart as they are grown, and a hair more.
     """
+    found, left = _removed(bodies, poses, container, tolerance, largest, movers)
+    return None if left else found
+
+
+def held_without(
+    bodies: Sequence[Body], poses: Poses, container: Container, most: int, late: Callable[[], bool] = lambda: False
+) -> tuple[list[int], Poses] | None:
+    """Overlaps removed as by `remove_overlaps`, and where they do not go, the bodies that are most at fault taken out,
+    one after the other.
+
+    Returns the indices of those that are left, and their poses; None if more than `most` would be taken out, or where
+    it is `late`.
+    """
+    kept = list(range(len(bodies)))
+    while True:
+        poses, faults = _removed([bodies[i] for i in kept], poses, container, REPAIR_TOLERANCE)
+        if not faults:
+            return kept, poses
+        if len(bodies) - len(kept) >= min(most, len(bodies) - 1) or late():
+            return None
+        at_fault = np.zeros(len(kept))
+        for fault in faults:
+            at_fault[list(fault.movers)] += fault.fraction
+        rest = np.delete(np.arange(len(kept)), at_fault.argmax())
+        kept, poses = [kept[i] for i in rest], poses.take(rest.tolist())
+
+
+def _removed(
+    bodies: Sequence[Body],
+    poses: Poses,
+    container: Container,
+    tolerance: float,
+    largest: float = np.inf,
+    movers: Sequence[int] | None = None,
+) -> tuple[Poses, list[_Fault]]:
+    """What `remove_overlaps` comes to, and the faults that are left."""
     rotation, translation = poses.rotation.double(), poses.translation.double()
     reach = [body.radius for body in bodies]
     movable = np.isin(np.arange(len(bodies)), np.arange(len(bodies)) if movers is None else movers)
@@ -69,11 +105,11 @@ def remove_overlaps(
         found = faults.at(Poses(rotation, translation))
         worst_of.append(max((fault.fraction for fault in found), default=0.0))
         if worst_of[-1] <= tolerance and not any(fault.strict for fault in found):
-            return Poses(rotation, translation)
+            return Poses(rotation, translation), []
         if worst_of[0] > largest:
-            return None
+            break
         if len(worst_of) > PATIENCE_SWEEPS and worst_of[-1] > FALLEN_TO * worst_of[-1 - PATIENCE_SWEEPS]:
-            return None
+            break
         shift, turn = torch.zeros_like(translation), torch.zeros_like(translation)
         for fault in found:
             if fault.fraction < tolerance / 2 and not fault.strict:
@@ -90,7 +126,7 @@ def remove_overlaps(
                     turn[i] -= torch.from_numpy(step / steep / reach[i] ** 2 * moment)
         translation = translation + shift
         rotation = torch.where((turn != 0).any(1)[:, None, None], angles_to_rotation(turn) @ rotation, rotation)
-    return None
+    return Poses(rotation, translation), found
 
 
 class _Faults:

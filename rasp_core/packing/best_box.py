@@ -38,6 +38,10 @@ class BestBox:
         """`(3,)`, metres."""
         return self.container.base.size
 
+    def suppose(self, poses: Poses, edges: np.ndarray) -> None:
+        """Begin from poses in a box of these edges as if they held; what is kept must be smaller."""
+        self.poses, self.container = poses, box_of(self.shape, edges)
+
     def hold(self, poses: Poses, edges: np.ndarray, largest: float = np.inf) -> bool:
         """Take out what overlaps at some poses in a box of these edges, as `remove_overlaps` does with `largest`, then
         `keep` what comes of it; False where it cannot be taken out."""

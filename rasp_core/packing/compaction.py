@@ -90,9 +90,14 @@ class Compacted:
 
 
 class Compaction:
-    """Makes boxes of a shape about these bodies smaller, any number of times."""
+    """Makes boxes of a shape about these bodies smaller, any number of times.
 
-    def __init__(self, bodies: Sequence[Body], shape: FreeBox) -> None:
+    Where no edge is free, overlaps are taken out, and that is all. apart : mean radii that are kept between bodies, if
+    there is room, for what lies between the points.
+    """
+
+    def __init__(self, bodies: Sequence[Body], shape: FreeBox, apart: float = 0.0) -> None:
+        self.apart = apart * float(np.mean([body.radius for body in bodies]))
         self.shape, self.count, freedom = shape, len(bodies), freedom_of(bodies)
         self.unit = float(np.mean([body.radius for body in bodies]))
         all_bodies = [*bodies, *shape.zones]
@@ -119,8 +124,8 @@ class Compaction:
             rotation = np.append(rotation, np.eye(3)[None], axis=0)
             translation = np.append(translation, [zone.centre - (0, 0, edges[2] / 2)], axis=0)
         now = self._measured(rotation, translation, edges, step)
-        length = float(now.edges[self._free].mean())
-        while step > TUNING.least_step * self.unit and not late():
+        length, smaller = float(now.edges[self._free].mean()) if self._free.any() else 1.0, self._free.any()
+        while step > TUNING.least_step * self.unit and (smaller or now.overlap or now.beyond) and not late():
             moved = self._moved(now, step, length)
             if moved is None:
                 step *= TUNING.shorter
@@ -177,6 +182,7 @@ class Compaction:
                 continue
             owner, points = owner[maybe], points[maybe]
             apart, away = distance.at(local[maybe])
+            apart -= self.apart
             away = away @ rotation[b].T
             for a in np.unique(owner):
                 of_a = np.flatnonzero(owner == a)

@@ -2,6 +2,7 @@
 
 1. Spectral placement, ruined and built again for a fraction of the budget (`constructive`).
 2. Objects tried one by one, alone or for smaller ones, and all pressed apart (`growth`).
+3. Where there are copies, in turns with that: several objects more in a higher box, whose top is lowered (`lowering`).
 """
 
 from __future__ import annotations
@@ -23,9 +24,11 @@ from ..util.progress import progress_bar
 from .constructive import FEW_VOXELS, Placement
 from .growth import Growth
 from .layout import Layout
+from .lowering import Lowering, is_worth
 from .pool import Worth
 from .result import Packing, finish
 from .separation import Separation
+from .turns import Turns
 
 
 @dataclass(frozen=True)
@@ -106,6 +109,7 @@ class _Search:
         spectral = Placement(self.pool, self.container, self.settings.seed)
         spectral.fill(stop=self.budget.spent)
         self._take(spectral)
+        self.equal_cubes = spectral.room.voxel if spectral.coarse else None
         if not spectral.coarse:  # pressing in is worth more
             return
         fraction = TUNING.rebuild_fraction_of_time
@@ -136,10 +140,23 @@ class _Search:
         separation = Separation(self.pool, self.container, self.settings, self.device, self.budget.spent)
         self.history, self.pulls = separation.history, separation.pulls
         growth = Growth(self.pool, self.container, separation, self.random, self.settings.seed, self._keep)
+        means = ["growth"]
+        if is_worth(self.pool, self.container):
+            lowering = Lowering(self.pool, self.container, self.equal_cubes, self.random, self._keep)
+            means.append("lowering")
+        turns = Turns(means, self.budget)
+        turns.begin()
+        before = self.density
         while not self.budget.over() and len(self.layout) < len(self.pool):
             self.budget.tries += 1
             self.bar.update()
-            growth.improve(self.layout, self.budget.tries)
+            if turns.now == "growth":
+                growth.improve(self.layout, self.budget.tries)
+            else:
+                lowering.improve(self.layout, self.budget.spent)
+            if turns.over():
+                turns.next(self.density - before)
+                before = self.density
 
     # -- the record --------------------------------------------------------------------------------------------------
 

@@ -39,6 +39,7 @@ from .compaction import MOST_BODIES
 from .constructive import Placement
 from .pressing import Pressing
 from .result import Packing, finish
+from .turns import Turns
 
 if TYPE_CHECKING:
     from .voxel_descent import VoxelDescent
@@ -49,10 +50,6 @@ class BoxTuning:
     """What the search for a box was tuned to."""
 
     tries: int = 2000  # if neither time nor effort is given
-    turns: int = 10  # that voxels and pressing take, or one of them alone
-    turns_end_at: float = 0.97  # of the budget, the last one
-    voxel_of_likely_edge: float = 1 / 64  # of a cube as dense as is likely
-    likely_density: float = 0.6
     first_density: float = 0.5  # of the box in which the placement of all begins
     first_voxels_coarser: float = 2.0  # times a baseline's: objects are placed among these if others are next
     replaced_volume_of_best: float = 0.97  # of the box in which a further placement begins
@@ -103,9 +100,8 @@ def pack(
 
 
 class _Search:
-    """A search under way. best : the smallest box so far. means, turn : which of `gains` has its turn, and which turn
-    of all it is, None and 0 before the first. gains : of each means, of the logarithm of the volume, in its last turn.
-    """
+    """A search under way. best : the smallest box so far. turns : of its means, which gain of the logarithm of the
+    volume."""
 
     def __init__(
         self,
@@ -121,15 +117,12 @@ class _Search:
         self.device = resolve_device(device)
         self.budget = budget
         self.best = BestBox(self.bodies, shape, self._note)
-        self.means: str | None = None
-        self.turn = 0
-        self.gains = {}
-        if len(self.bodies) <= MOST_BODIES:
-            self.gains["voxels"] = np.inf
+        means = ["voxels"] if len(self.bodies) <= MOST_BODIES else []
         if not shape.zones and freedom_of(self.bodies) is None:  # which pressing does not heed
-            self.gains["pressing"] = np.inf
-        if not self.gains:
+            means.append("pressing")
+        if not means:
             self.rule = self.rule or "spectral"
+        self.turns = Turns(means, budget)
         self.interrupted = False
         self.rounds: list[dict] = []
         self.bar = progress_bar(f"smallest box, {self.rule or 'dense'}", "try", progress, budget.effort)
@@ -146,7 +139,7 @@ class _Search:
             self.placement.enter(box_of(self.shape, self.shape.sized(self.best.taken)))
             return self._place_in_growing_box(None)
         # what comes next moves all anyway; between edges that are hardly longer than an object others may be needed
-        coarser = [TUNING.first_voxels_coarser * voxel] if self.rule is None and "voxels" in self.gains else []
+        coarser = [TUNING.first_voxels_coarser * voxel] if self.rule is None and "voxels" in self.turns.gains else []
         whole = [edge / np.ceil(edge / voxel) for edge in first[~self.shape.free]]
         for one in [*coarser, voxel, *whole]:
             try:
@@ -197,39 +190,35 @@ class _Search:
 
     @cached_property
     def voxels(self) -> VoxelDescent:
-        from .voxel_bodies import choose_size
+        from .voxel_bodies import first_size
         from .voxel_descent import VoxelDescent
 
-        voxel = self.placement.room.voxel
-        if not self.equal_cubes:
-            likely = float(self.best.taken / TUNING.likely_density) ** (1 / 3)
-            voxel = choose_size(self.bodies, self.shape, TUNING.voxel_of_likely_edge * likely)
-        return VoxelDescent(self.best, voxel, self.settings.seed)
+        cubes = self.placement.room.voxel if self.equal_cubes else None
+        return VoxelDescent(self.best, first_size(self.bodies, self.shape, self.best.taken, cubes), self.settings.seed)
 
     def improve(self) -> None:
         """One try by the means whose turn it is."""
         self.budget.tries += 1
         self.bar.update()
-        if self.means is None:
-            self._begin(next(iter(self.gains)))
-        getattr(self, self.means).improve(self.budget.spent)
-        if self.budget.over(TUNING.turns_end_at * self.turn / TUNING.turns):
-            self._take_turns()
+        if self.turns.now is None:
+            self.turns.begin()
+            self._begin()
+        self.means.improve(self.budget.spent)
+        if self.turns.over():
+            self.means.end(self.budget.spent)
+            if self.turns.next(np.log(self.least_before / self.best.least)):
+                self._begin()
+            self.least_before = self.best.least
 
-    def _begin(self, means: str) -> None:
+    @property
+    def means(self) -> VoxelDescent | Pressing:
+        """Whose turn it is."""
+        return getattr(self, self.turns.now)
+
+    def _begin(self) -> None:
         """A turn of a means that did not have the last one; it goes on from the best."""
-        self.means, self.turn, self.least_before = means, self.turn + 1, self.best.least
-        getattr(self, means).begin()
-
-    def _take_turns(self) -> None:
-        """Next comes the means that gained more in its last turn."""
-        getattr(self, self.means).end(self.budget.spent)
-        self.gains[self.means] = np.log(self.least_before / self.best.least)
-        others = [means for means in self.gains if means != self.means]
-        if others and self.gains[others[0]] >= self.gains[self.means]:
-            self._begin(others[0])
-        else:
-            self.turn, self.least_before = self.turn + 1, self.best.least
+        self.least_before = self.best.least
+        self.means.begin()
 
     # -- the record --------------------------------------------------------------------------------------------------
 

@@ -28,6 +28,8 @@ class VoxelBodyTuning:
     most_points: int = 200_000
     coarsest: float = 1.3  # times the voxel that is asked for: the one is taken that rounds least
     sizes_tried: int = 60
+    first_of_likely_edge: float = 1 / 64  # of a cube as dense as is likely
+    likely_density: float = 0.6
     beside_middle: tuple[float, float, float] = (3.1e-4, 5.3e-4, 7.7e-4)  # voxels: no point lies in a face's plane
 
 
@@ -49,6 +51,17 @@ class VoxelBody:
     below: np.ndarray
     coarse: np.ndarray
     centre: np.ndarray
+
+
+def first_size(bodies: Sequence[Body], shape: FreeBox, taken: float, cubes: float | None) -> float:
+    """A voxel's edge in metres for a search that begins.
+
+    taken : the bodies' volume, cubic metres. cubes : edge of the equal cubes of which all bodies are made, None if they
+    are not.
+    """
+    if cubes is not None:
+        return cubes
+    return choose_size(bodies, shape, TUNING.first_of_likely_edge * (taken / TUNING.likely_density) ** (1 / 3))
 
 
 def choose_size(bodies: Sequence[Body], shape: FreeBox, voxel: float) -> float:

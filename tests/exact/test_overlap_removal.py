@@ -104,3 +104,15 @@ def test_only_what_moved_is_tested_again(monkeypatch):
     there.translation[2, 0] = 0.2
     assert [fault.movers for fault in faults.at(there)] == [(0, 1)]
     assert all(2 in who for who in noted)
+
+
+def test_what_cannot_be_parted_is_held_without_what_is_most_at_fault():
+    bodies, room = [block(name, 0.1, 0.1, 0.1) for name in "abc"], box((0.2001, 0.1001, 0.1001))
+    places = torch.tensor([[0.0, 0, 0], [-0.0499, 0, 0], [0.0499, 0, 0]]).double()  # no third goes in between two
+    there = Poses(torch.eye(3).double().repeat(3, 1, 1), places)
+    kept, found = overlap_removal.held_without(bodies, there, room, 1)
+    assert len(kept) == 2
+    left = [bodies[i] for i in kept]
+    assert certify(left, file_to_world(left, found.rotation, found.translation), room).holds
+    assert overlap_removal.held_without(bodies, there, room, 0) is None
+    assert overlap_removal.held_without(bodies, there, room, 1, lambda: True) is None

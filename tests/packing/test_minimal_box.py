@@ -83,15 +83,14 @@ def test_many_bodies_are_pressed_alone(monkeypatch):
     assert made == []
 
 
-def test_the_means_that_gained_more_goes_on():
-    search = placed(kitchen_like(4), parse("auto"), effort=100)
-    search.means, search.least_before = "pressing", 1.1 * search.best.least
-    search.gains["voxels"] = 0.05
-    search._take_turns()
-    assert search.means == "pressing", "10 % of the volume are more than 5 %"
-    search._take_turns()
-    assert search.means == "voxels", "nothing is less"
-    assert search.gains["pressing"] == 0
+def test_a_means_that_has_its_turn_begins_from_the_best():
+    search, begun = placed(kitchen_like(4), parse("auto"), effort=10), []
+    for means in (search.voxels, search.pressing):
+        means.begin = lambda means=means: begun.append(means)
+        means.improve = means.end = lambda late: None
+    for _ in range(4):
+        search.improve()
+    assert begun[:4] == [search.voxels, search.pressing, search.voxels, search.pressing], "none gains"
 
 
 def test_ctrl_c_returns_the_best_so_far(monkeypatch):

@@ -1,0 +1,121 @@
+"""Copies in a box: more of them than it is known to hold, under a top that comes down."""
+
+import numpy as np
+import pytest
+import torch
+import trimesh
+
+from data_fetch import kitchen_like
+from rasp_core.exact.certificate import certify
+from rasp_core.geometry.containers import Container, box
+from rasp_core.geometry.meshes import make_body, unique_names
+from rasp_core.geometry.zones import without
+from rasp_core.packing import lowering
+from rasp_core.packing.layout import Layout
+from rasp_core.packing.lowering import Lowering, is_worth
+from rasp_core.poses import Poses, file_to_world
+
+ROOM = box((0.21, 0.21, 0.21))
+CUBE = trimesh.creation.box((0.1, 0.1, 0.1))
+
+
+def cubes(count):
+    return unique_names([make_body("cube", CUBE.vertices, CUBE.faces)] * count)
+
+
+def laid(*places):
+    """Cubes as they lie, the first of a pool."""
+    return Layout(
+        list(range(len(places))), Poses(torch.eye(3).double().repeat(len(places), 1, 1), torch.tensor(places))
+    )
+
+
+FOUR = laid(*((x, y, -0.05) for x in (-0.0525, 0.0525) for y in (-0.0525, 0.0525)))
+
+
+def search(pool, kept, room=ROOM):
+    return Lowering(pool, room, None, np.random.default_rng(0), kept.append)
+
+
+def never():
+    return False
+
+
+def test_it_is_worth_where_there_are_copies_in_a_box_without_zones():
+    assert is_worth(cubes(3), ROOM)
+    assert not is_worth(kitchen_like(6), ROOM)
+    ball = trimesh.creation.icosphere(radius=0.1)
+    assert not is_worth(cubes(3), Container(make_body("ball", ball.vertices, ball.faces)))
+    post = make_body("post", *map(np.asarray, (0.1 * CUBE.vertices, CUBE.faces)))
+    assert not is_worth(cubes(3), without(ROOM, [post]))
+
+
+def test_what_it_keeps_holds_and_is_more():
+    pool, kept = cubes(9), []
+    found, layout = search(pool, kept), FOUR
+    for _ in range(300):
+        found.improve(layout, never)
+        layout = kept[-1] if kept else layout
+        if len(layout) == 8:
+            break
+    assert len(layout) == 8, "all that go in"
+    bodies = layout.bodies(pool)
+    assert certify(bodies, file_to_world(bodies, layout.poses.rotation, layout.poses.translation), ROOM).holds
+    counts = [len(FOUR), *(len(one) for one in kept)]
+    assert counts == sorted(set(counts))
+    assert kept[0].chosen[:4] == FOUR.chosen
+
+
+def test_more_than_go_in_are_tried_and_those_that_do_not_are_taken_out():
+    pool, kept = cubes(9), []
+    found = search(pool, kept)
+    found.more = 1.2  # nine cubes at once
+    found._begin(FOUR)
+    assert len(found.extra) == 5
+    below = FOUR.poses.translation.numpy()
+    nine = np.concatenate([below, below + np.array([0, 0, 0.1]), [[0, 0, 0.01]]])
+    held = found._held(np.tile(np.eye(3), (9, 1, 1)), nine, FOUR, never)
+    assert len(held) == 8
+    bodies = held.bodies(pool)
+    assert certify(bodies, file_to_world(bodies, held.poses.rotation, held.poses.translation), ROOM).holds
+    assert found._held(np.tile(np.eye(3), (9, 1, 1)), nine, FOUR, lambda: True) is None
+
+
+def test_it_goes_on_while_it_is_more_than_the_layout_and_begins_anew_else(monkeypatch):
+    pool, begun = cubes(9), []
+    found = search(pool, [])
+    found.more = 0.3
+    begin = found._begin
+    monkeypatch.setattr(found, "_begin", lambda layout: begun.append(len(layout)) or begin(layout))
+    found.improve(FOUR, never)
+    assert len(found.chosen) == 6
+    found.descent.improve = lambda late: None
+    found.improve(laid(*FOUR.poses.translation.tolist(), [0, 0, 0.05]), never)
+    assert begun == [4], "six are more than five"
+    found.improve(Layout(list(range(7)), found.descent.best.poses.take([0, 1, 2, 3, 4, 5, 5])), never)
+    assert begun == [4, 7]
+
+
+def test_what_fails_is_tried_with_fewer_until_one_copy_is_left():
+    pool = cubes(9)
+    found = search(pool, [])
+    found.more = 0.6
+    found._begin(FOUR)
+    assert len(found.extra) == 3
+    found.descent.improve = lambda late: None
+    found.descent.disruptions = lowering.TUNING.disruptions
+    found.improve(FOUR, never)
+    assert (found.start, found.more) == (None, 0.3)
+    found.more = 0.0
+    found._begin(FOUR)
+    found.descent.improve = lambda late: None
+    found.descent.disruptions = lowering.TUNING.disruptions
+    found.improve(FOUR, never)
+    assert found.start is FOUR, "another copy would be the same"
+
+
+@pytest.mark.parametrize("layout", [Layout.empty(), laid(*[[0.0, 0, 0]] * lowering.MOST_BODIES)])
+def test_it_needs_some_and_not_too_many(layout):
+    found = search(cubes(lowering.MOST_BODIES + 1), [])
+    found.improve(layout, never)
+    assert found.start is None
