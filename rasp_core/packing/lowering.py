@@ -30,10 +30,11 @@ class LoweringTuning:
     more_of_volume: float = 0.1  # that is packed: of what comes to it, at first
     more_after_success: float = 1.5  # times as much
     more_after_failure: float = 0.5
+    least_more: float = 0.04  # so that a few that do not go may be left out
     higher: float = 1.1  # times what the objects more would need if they were packed as the others are
     from_above: float = 1.0  # voxels above the top, from which on overlaps are taken out
     apart_of_radius: float = 1e-3  # that is left between objects if there is room
-    disruptions: int = 2  # without success, after which it is given up
+    disruptions: int = 3  # without success, after which it is given up
 
 
 TUNING = LoweringTuning()
@@ -87,7 +88,7 @@ class Lowering:
             self.start = None
             self.kept(found)
         elif descent.disruptions >= TUNING.disruptions and not self._alike():
-            self.more *= TUNING.more_after_failure
+            self.more = max(TUNING.more_after_failure * self.more, TUNING.least_more)
             self.start = None
 
     def _held(

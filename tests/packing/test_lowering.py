@@ -99,19 +99,22 @@ def test_it_goes_on_while_it_is_more_than_the_layout_and_begins_anew_else(monkey
 def test_what_fails_is_tried_with_fewer_until_one_copy_is_left():
     pool = cubes(9)
     found = search(pool, [])
-    found.more = 0.6
-    found._begin(FOUR)
-    assert len(found.extra) == 3
-    found.descent.improve = lambda late: None
-    found.descent.disruptions = lowering.TUNING.disruptions
-    found.improve(FOUR, never)
-    assert (found.start, found.more) == (None, 0.3)
-    found.more = 0.0
-    found._begin(FOUR)
-    found.descent.improve = lambda late: None
-    found.descent.disruptions = lowering.TUNING.disruptions
-    found.improve(FOUR, never)
-    assert found.start is FOUR, "another copy would be the same"
+
+    def fail(more):
+        found.more = more
+        found._begin(FOUR)
+        found.descent.improve = lambda late: None
+        found.descent.disruptions = lowering.TUNING.disruptions
+        found.improve(FOUR, never)
+
+    fail(0.6)
+    assert (len(found.extra), found.start, found.more) == (3, None, 0.3)
+    fail(0.3)
+    fail(lowering.TUNING.least_more + 0.25)
+    assert (len(found.extra), found.start) == (2, None)
+    fail(1.2 * lowering.TUNING.least_more)
+    assert found.start is FOUR, "one more, and another copy would be the same"
+    assert found.more == 1.2 * lowering.TUNING.least_more
 
 
 @pytest.mark.parametrize("layout", [Layout.empty(), laid(*[[0.0, 0, 0]] * lowering.MOST_BODIES)])
