@@ -80,9 +80,11 @@ class Lowering:
         descent, top = self.descent, self.size[2] + TUNING.from_above * self.descent.search.voxel
         descent.improve(late)
         found = None
-        if descent.free and descent.free[-1][2][2] <= top:
-            found = self._held(*descent.free[-1][:2], layout, late)
-        descent.free.clear()  # what it would compact
+        if descent.free:
+            rotation, translation, edges = descent.free.pop()
+            descent.free.clear()  # which it would compact
+            descent.best.suppose(Poses(torch.from_numpy(rotation), torch.from_numpy(translation)), edges)
+            found = self._held(rotation, translation, layout, late) if edges[2] <= top else None
         if found is not None:
             self.more *= TUNING.more_after_success if len(found) == len(self.chosen) else 1.0
             self.start = None

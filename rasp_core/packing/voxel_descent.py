@@ -38,28 +38,29 @@ TUNING = DescentTuning()
 
 class VoxelDescent:
     """A search under way, in voxels of an edge in metres. best : the smallest box so far, which it goes on from and
-    replaces. free : rotation, translation and edges of what was free and is not compacted yet. disruptions : times that
-    nothing had helped, since it began."""
+    replaces. free : rotation, translation and edges of what was free and is not compacted yet. disruptions : times so
+    far that nothing had helped."""
 
     def __init__(self, best: BestBox, voxel: float, seed: int) -> None:
         self.best, self.first = best, voxel
         self.random = np.random.default_rng(seed)
         self.search = VoxelSearch(best.bodies, best.shape, voxel, self.random)
         self.compaction = Compaction(best.bodies, best.shape)
+        self.disruptions = 0
 
     def begin(self) -> None:
         """From the best packing so far."""
-        self.disruptions = 0
+        self.free: list[State] = []
         poses = self.best.poses
-        self._begin((poses.rotation.numpy(), poses.translation.numpy(), self.best.edges))
+        self.search.begin(poses.rotation.numpy(), poses.translation.numpy(), self.best.edges)
+        self._enter()
 
     def improve(self, late: Callable[[], bool]) -> None:
         """One sweep. late : whether time is over."""
         overlap = self.search.sweep()
         self.sweeps, self.waited = self.sweeps + 1, self.waited + 1
         if overlap == 0:
-            self.smallest = (*self.search.poses, self.search.edges)
-            self.free.append(self.smallest)
+            self.free.append((*self.search.poses, self.search.edges))
             at_once = next((voxels for most, voxels in TUNING.voxels_at_once if self.sweeps <= most), 1)
             if not all([self.search.shrink() for _ in range(at_once)]):
                 self.end(late)
@@ -85,13 +86,6 @@ class VoxelDescent:
             if self.best.hold(compacted.poses, compacted.edges):
                 break
 
-    def _begin(self, start: State) -> None:
-        """From poses in a box of some edges; smallest : these, or what was free in a smaller box since."""
-        self.free: list[State] = []
-        self.smallest = start
-        self.search.begin(*start)
-        self._enter()
-
     def _enter(self) -> None:
         """Begin in another box. stuck : where least was shared there, each time that nothing helped."""
         self.stuck: list[State] = []
@@ -113,8 +107,7 @@ class VoxelDescent:
             voxel = choose_size(bodies, shape, TUNING.finer * self.search.voxel)
             # cells that are no smaller, so that a move takes hardly longer, and no more memory
             self.search = VoxelSearch(bodies, shape, voxel, self.random, round(CELL * self.first / voxel))
-            best = self.best.poses.rotation.numpy(), self.best.poses.translation.numpy(), self.best.edges
-            self._begin(min(best, self.smallest, key=lambda state: np.prod(state[2])))
+            self.begin()
             return
         self.search.restore(self.stuck[self.random.integers(len(self.stuck))])
         self.search.swap()
