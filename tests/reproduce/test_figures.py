@@ -102,6 +102,18 @@ def test_stored_figures_are_legible_at_a_third_of_their_size(facts):
 
 
 @pytest.mark.parametrize(
+    "expected", sorted((ROOT / "paper_figures").glob("*.expected.json")), ids=lambda path: path.stem
+)
+def test_stored_facts_hold_or_are_said_to_differ(expected):
+    name = expected.stem.removesuffix(".expected")
+    for scale, wanted in json.loads(expected.read_text()).items():
+        stored = expected.parent / ("" if scale == "quick" else scale) / f"{name}.json"
+        verdicts = figures.compare(name, json.loads(stored.read_text()), wanted) if stored.exists() else []
+        broken = [v.fact for v in verdicts if not v.holds and (scale == "quick" or v.status != "differs")]
+        assert broken == []
+
+
+@pytest.mark.parametrize(
     ("bound", "holds"),
     [
         ({"value": 42, "tolerance": 1}, True),
