@@ -1,6 +1,6 @@
 """Density of the paper's whole search with silhouettes, with other shadows and without any, over pools and seeds.
 
-python tests/benchmarks/shadow_table.py [--pools embedded Kitchen ...] [--seeds 3] [--arms silhouettes none ...]
+python tests/benchmarks/shadow_table.py [--pools embedded Kitchen ...] [--seeds 3] [--arms ...] [--time-limit S]
 
 embedded : objects that the kit makes, in 0.2 x 0.2 x 0.2 m, 120 iterations. The others: IR-BPP pools by registry in
 0.32 x 0.32 x 0.30 m, 1000 iterations. Runs are kept in --out, so that a table that was interrupted goes on; --csv FILE
@@ -38,6 +38,7 @@ def main():
     parser.add_argument("--arms", nargs="+", default=["silhouettes", "slices", "none"], choices=ARMS)
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--workers", type=int)
+    parser.add_argument("--time-limit", type=float, help="seconds of each run; with --workers 1 it has the machine alone")
     parser.add_argument("--csv", type=Path, metavar="FILE", help="a table with a row for each run")
     parser.add_argument("--out", type=Path, default=Path(tempfile.gettempdir()) / "rasp_shadow_table")
     options = parser.parse_args()
@@ -45,6 +46,7 @@ def main():
     for pool in options.pools:
         size = SMALL if pool == "embedded" else LARGE
         shared = {"objects": as_files(POOLS[pool](), options.out / pool), "method": "paper", **size}
+        shared |= {} if options.time_limit is None else {"time_limit": options.time_limit}
         runs = [{**shared, **ARMS[arm], "seed": seed} for arm in options.arms for seed in range(options.seeds)]
         found = sweep(from_files.pack, runs, options.out / "runs", options.workers, progress=True)
         for k, arm in enumerate(options.arms):
