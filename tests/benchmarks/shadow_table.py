@@ -38,7 +38,7 @@ def main():
     parser.add_argument("--arms", nargs="+", default=["silhouettes", "slices", "none"], choices=ARMS)
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--workers", type=int)
-    parser.add_argument("--time-limit", type=float, help="seconds of each run; with --workers 1 it has the machine alone")
+    parser.add_argument("--time-limit", type=float, help="seconds of each run")
     parser.add_argument("--csv", type=Path, metavar="FILE", help="a table with a row for each run")
     parser.add_argument("--out", type=Path, default=Path(tempfile.gettempdir()) / "rasp_shadow_table")
     options = parser.parse_args()
