@@ -97,6 +97,15 @@ def test_a_time_limit_ends_with_what_holds_as_it_lies(pool):
     assert 0 < covered < 0.8
 
 
+def test_half_of_a_time_limit_is_left_to_separation(pool, monkeypatch):
+    over = []
+    monkeypatch.setattr(paper.Budget, "spent", lambda budget, fraction=1.0: fraction <= 0.5)  # half of the time is over
+    for step in ("_descend", "_settle", "_grow"):
+        monkeypatch.setattr(paper._Run, step, lambda run, *separation: over.append(run.spent()))
+    paper.pack(pool, ROOM, settings=QUICK, time_limit=60)
+    assert over == [True, False, False]
+
+
 def test_the_initial_count_is_the_papers(pool):
     mean = np.mean([body.volume for body in pool])
     assert paper.initial_count(pool, box((0.1, 0.1, 0.1))) == round(0.001 / mean)
