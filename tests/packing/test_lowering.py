@@ -33,8 +33,13 @@ def laid(*places):
 FOUR = laid(*((x, y, -0.05) for x in (-0.0525, 0.0525) for y in (-0.0525, 0.0525)))
 
 
-def search(pool, kept, room=ROOM):
-    return Lowering(pool, room, None, np.random.default_rng(0), kept.append)
+def search(pool, kept):
+    return Lowering(pool, ROOM, None, np.random.default_rng(0), kept.append)
+
+
+def certified(layout, pool):
+    bodies = layout.bodies(pool)
+    return certify(bodies, file_to_world(bodies, layout.poses.rotation, layout.poses.translation), ROOM).holds
 
 
 def never():
@@ -46,7 +51,7 @@ def test_it_is_worth_where_there_are_copies_in_a_box_without_zones():
     assert not is_worth(kitchen_like(6), ROOM)
     ball = trimesh.creation.icosphere(radius=0.1)
     assert not is_worth(cubes(3), Container(make_body("ball", ball.vertices, ball.faces)))
-    post = make_body("post", *map(np.asarray, (0.1 * CUBE.vertices, CUBE.faces)))
+    post = make_body("post", 0.1 * CUBE.vertices, CUBE.faces)
     assert not is_worth(cubes(3), without(ROOM, [post]))
 
 
@@ -59,8 +64,7 @@ def test_what_it_keeps_holds_and_is_more():
         if len(layout) == 8:
             break
     assert len(layout) == 8, "all that go in"
-    bodies = layout.bodies(pool)
-    assert certify(bodies, file_to_world(bodies, layout.poses.rotation, layout.poses.translation), ROOM).holds
+    assert certified(layout, pool)
     counts = [len(FOUR), *(len(one) for one in kept)]
     assert counts == sorted(set(counts))
     assert kept[0].chosen[:4] == FOUR.chosen
@@ -76,8 +80,7 @@ def test_more_than_go_in_are_tried_and_those_that_do_not_are_taken_out():
     nine = np.concatenate([below, below + np.array([0, 0, 0.1]), [[0, 0, 0.01]]])
     held = found._held(np.tile(np.eye(3), (9, 1, 1)), nine, FOUR, never)
     assert len(held) == 8
-    bodies = held.bodies(pool)
-    assert certify(bodies, file_to_world(bodies, held.poses.rotation, held.poses.translation), ROOM).holds
+    assert certified(held, pool)
     assert found._held(np.tile(np.eye(3), (9, 1, 1)), nine, FOUR, lambda: True) is None
 
 
