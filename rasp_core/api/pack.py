@@ -244,6 +244,7 @@ def pack(
         unit=unit,
         fixed=there,
         watch=recorder and recorder.watch,
+        separable=separable,
         **given,
     )
     if separable:

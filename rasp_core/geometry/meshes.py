@@ -68,6 +68,11 @@ class Body:
         """The body inside a grown one, else the body itself."""
         return self if self.core is None else self.core
 
+    @property
+    def taken(self) -> float:
+        """Cubic metres that the solid takes, which is more than `volume` where it is grown."""
+        return self.volume if self.core is None else float(self.manifold.volume())
+
     @cached_property
     def half_extents(self) -> np.ndarray:
         """`(3,)`, half the edges of the solid's bounding box, which is centred on the origin."""

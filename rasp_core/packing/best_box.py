@@ -23,8 +23,7 @@ class BestBox:
     def __init__(self, bodies: Sequence[Body], shape: FreeBox, told: Callable[[np.ndarray, float], None]) -> None:
         self.bodies, self.shape, self.told = bodies, shape, told
         self.volume = float(np.sum([body.volume for body in bodies]))
-        # what they take, which is more where they are grown
-        self.taken = float(np.sum([b.volume if b.core is None else b.manifold.volume() for b in bodies]))
+        self.taken = float(np.sum([body.taken for body in bodies]))
         self.container: Container | None = None
         self.poses: Poses | None = None
 
@@ -37,10 +36,6 @@ class BestBox:
     def edges(self) -> np.ndarray:
         """`(3,)`, metres."""
         return self.container.base.size
-
-    def suppose(self, poses: Poses, edges: np.ndarray) -> None:
-        """Begin from poses in a box of these edges as if they held; what is kept must be smaller."""
-        self.poses, self.container = poses, box_of(self.shape, edges)
 
     def hold(self, poses: Poses, edges: np.ndarray, largest: float = np.inf) -> bool:
         """Take out what overlaps at some poses in a box of these edges, as `remove_overlaps` does with `largest`, then

@@ -97,9 +97,9 @@ class Compaction:
     """
 
     def __init__(self, bodies: Sequence[Body], shape: FreeBox, apart: float = 0.0) -> None:
-        self.apart = apart * float(np.mean([body.radius for body in bodies]))
         self.shape, self.count, freedom = shape, len(bodies), freedom_of(bodies)
         self.unit = float(np.mean([body.radius for body in bodies]))
+        self.apart = apart * self.unit
         all_bodies = [*bodies, *shape.zones]
         self.radius = np.array([body.radius for body in all_bodies])
         # which of the shifts, then of the turns, may be made
@@ -124,7 +124,8 @@ class Compaction:
             rotation = np.append(rotation, np.eye(3)[None], axis=0)
             translation = np.append(translation, [zone.centre - (0, 0, edges[2] / 2)], axis=0)
         now = self._measured(rotation, translation, edges, step)
-        length, smaller = float(now.edges[self._free].mean()) if self._free.any() else 1.0, self._free.any()
+        smaller = bool(self._free.any())
+        length = float(now.edges[self._free].mean()) if smaller else 1.0
         while step > TUNING.least_step * self.unit and (smaller or now.overlap or now.beyond) and not late():
             moved = self._moved(now, step, length)
             if moved is None:

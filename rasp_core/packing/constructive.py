@@ -116,6 +116,11 @@ class Placement:
         return bool(self.room.shape.prod() <= FEW_VOXELS)
 
     @property
+    def cubes(self) -> float | None:
+        """Edge in metres of the equal cubes of which all objects are made; None if they are not."""
+        return self.room.voxel if self.coarse else None
+
+    @property
     def density(self) -> float:
         """Eq. 6, of what is placed."""
         return self.density_of(self.placed)

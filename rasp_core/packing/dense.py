@@ -109,7 +109,7 @@ class _Search:
         spectral = Placement(self.pool, self.container, self.settings.seed)
         spectral.fill(stop=self.budget.spent)
         self._take(spectral)
-        self.equal_cubes = spectral.room.voxel if spectral.coarse else None
+        self.cubes = spectral.cubes
         if not spectral.coarse:  # pressing in is worth more
             return
         fraction = TUNING.rebuild_fraction_of_time
@@ -142,10 +142,9 @@ class _Search:
         growth = Growth(self.pool, self.container, separation, self.random, self.settings.seed, self._keep)
         means = ["growth"]
         if is_worth(self.pool, self.container):
-            lowering = Lowering(self.pool, self.container, self.equal_cubes, self.random, self._keep)
+            lowering = Lowering(self.pool, self.container, self.cubes, self.random, self._keep)
             means.append("lowering")
         turns = Turns(means, self.budget)
-        turns.begin()
         before = self.density
         while not self.budget.over() and len(self.layout) < len(self.pool):
             self.budget.tries += 1

@@ -7,19 +7,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import torch
 
 from ..exact.overlap_removal import held_without
 from ..geometry.containers import Container, FreeBox, box
 from ..geometry.meshes import Body
-from ..poses import Poses, join
-from .best_box import BestBox
 from .compaction import MOST_BODIES, Compaction
 from .layout import Layout
 from .pool import Worth, kind
 from .voxel_bodies import first_size
+
+if TYPE_CHECKING:
+    from .voxel_descent import Boxed, VoxelDescent
 
 
 @dataclass(frozen=True)
@@ -68,37 +69,36 @@ class Lowering:
         self.shape = FreeBox((self.size[0], self.size[1], None))
         self.worth = Worth(pool)
         self.more = TUNING.more_of_volume
-        self.start: Layout | None = None
+        self.descent: VoxelDescent | None = None
 
     def improve(self, layout: Layout, late: Callable[[], bool]) -> None:
         """One sweep; it goes on with what is under way as long as that is more than the layout. late : whether time is
         over."""
-        if self.start is None or not self.worth.more(self.chosen, layout.chosen):
+        if self.descent is None or not self.worth.more(self.chosen, layout.chosen):
             if not 0 < len(layout) < MOST_BODIES:
                 return
             self._begin(layout)
-        descent, top = self.descent, self.size[2] + TUNING.from_above * self.descent.search.voxel
-        descent.improve(late)
-        found = None
-        if descent.free:
-            rotation, translation, edges = descent.free.pop()
-            descent.free.clear()  # which it would compact
-            descent.best.suppose(Poses(torch.from_numpy(rotation), torch.from_numpy(translation)), edges)
-            found = self._held(rotation, translation, layout, late) if edges[2] <= top else None
+        free, found = self.descent.improve(), None
+        if free is not None:
+            self.start = free
+            low = free.edges[2] <= self.size[2] + TUNING.from_above * self.descent.search.voxel
+            found = self._held(free, layout, late) if low else None
         if found is not None:
             self.more *= TUNING.more_after_success if len(found) == len(self.chosen) else 1.0
-            self.start = None
+            self.descent = None
             self.kept(found)
-        elif descent.disruptions >= TUNING.disruptions and not self._alike():
+        elif self.descent.stuck:
+            self.disruptions += 1
+            if self.disruptions < TUNING.disruptions or self._alike():
+                self.descent.disrupt(self.start)
+                return
             self.more = max(TUNING.more_after_failure * self.more, TUNING.least_more)
-            self.start = None
+            self.descent = None
 
-    def _held(
-        self, rotation: np.ndarray, translation: np.ndarray, layout: Layout, late: Callable[[], bool]
-    ) -> Layout | None:
+    def _held(self, at: Boxed, layout: Layout, late: Callable[[], bool]) -> Layout | None:
         """Overlaps taken out in the container, and what they do not go without; None if that leaves no more than in the
         layout."""
-        free = self.compaction.run(rotation, translation, self.size, late)
+        free = self.compaction.run(at.rotation, at.translation, self.size, late)
         if late():
             return None
         held = held_without(self.bodies, free.poses, box(self.size), len(self.extra), late)
@@ -107,24 +107,24 @@ class Lowering:
 
     def _begin(self, layout: Layout) -> None:
         """From a layout that holds, and more objects about above it."""
-        from .voxel_descent import VoxelDescent
+        from .voxel_descent import Boxed, VoxelDescent
 
         extra = self._chosen(layout)
-        self.start, self.extra, self.chosen = layout, extra, [*layout.chosen, *extra]
+        self.extra, self.chosen, self.disruptions = extra, [*layout.chosen, *extra], 0
         before, all_of_it = self.worth.volume(layout.chosen), self.worth.volume(self.chosen)
         height = self.size[2] * (1 + TUNING.higher * (all_of_it / before - 1))
-        floor = layout.poses.translation.double() - torch.tensor([0, 0, (height - self.size[2]) / 2])
+        below = layout.poses.translation.numpy() - [0, 0, (height - self.size[2]) / 2]
         places = self.random.uniform(-0.5, 0.5, (len(extra), 3)) * [*self.size[:2], height - self.size[2]]
         places[:, 2] += self.size[2] / 2
-        turned = torch.eye(3).double().repeat(len(extra), 1, 1)
-        poses = join(Poses(layout.poses.rotation.double(), floor), Poses(turned, torch.from_numpy(places)))
+        turned = np.tile(np.eye(3), (len(extra), 1, 1))
+        rotation = np.concatenate([layout.poses.rotation.numpy(), turned])
+        self.start = Boxed(rotation, np.concatenate([below, places]), self.shape.lengths(height))
         self.bodies = [self.pool[i] for i in self.chosen]
         self.compaction = Compaction(self.bodies, FreeBox(tuple(self.size)), TUNING.apart_of_radius)
-        best = BestBox(self.bodies, self.shape, lambda edges, density: None)
-        best.suppose(poses, self.shape.lengths(height))
-        voxel = first_size(self.bodies, self.shape, best.taken, self.cubes)
-        self.descent = VoxelDescent(best, voxel, int(self.random.integers(2**31)))
-        self.descent.begin()
+        taken = sum(body.taken for body in self.bodies)
+        voxel = first_size(self.bodies, self.shape, taken, self.cubes)
+        self.descent = VoxelDescent(self.bodies, self.shape, voxel, int(self.random.integers(2**31)))
+        self.descent.begin(self.start)
 
     def _chosen(self, layout: Layout) -> list[int]:
         """What is to come in, one object at least: what ranks first, else by chance."""
@@ -136,5 +136,5 @@ class Lowering:
 
     def _alike(self) -> bool:
         """Whether another try would be the same: one object more, and all that could come in are copies of it."""
-        rest = np.setdiff1d(np.arange(len(self.pool)), self.start.chosen)
-        return len(self.extra) == 1 and len({kind(self.pool[i]) for i in rest}) == 1
+        over = {*range(len(self.pool))} - {*self.chosen} | {*self.extra}
+        return len(self.extra) == 1 and len({kind(self.pool[i]) for i in over}) == 1

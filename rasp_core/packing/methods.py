@@ -99,6 +99,7 @@ def search(
     unit: str = "m",
     fixed: Sequence[Body] = (),
     watch: Callable | None = None,
+    separable: bool = False,
 ) -> Packing:
     """Pack by one of `METHODS`; None as `resolve_method` has it.
 
@@ -106,8 +107,9 @@ def search(
     ask `refuse_ignored` first. clearance : metres that bodies stay apart that wish no other; the larger of two counts.
     wall_clearance : metres from the wall, as much as between bodies if None. unit : of `loading.UNITS`, that errors are
     written in. fixed : bodies that lie in the container already, as `pack_apart` has them. watch : as `paper.pack` has
-    it, who alone heeds it. Raises InputError as `resolve_method` does, for no bodies or one larger than the container,
-    for a count, a time limit or an effort that the method would ignore, and as `pack_apart` and the method itself do.
+    it, who alone heeds it. separable : as `minimal_box.pack` has it, who alone heeds it. Raises InputError as
+    `resolve_method` does, for no bodies or one larger than the container, for a count, a time limit or an effort that
+    the method would ignore, and as `pack_apart` and the method itself do.
     """
     method = resolve_method(method, container)
     given = {"count": count, "time_limit": time_limit, "effort": effort}
@@ -117,8 +119,8 @@ def search(
     apart = clearance_of([*bodies, *fixed], clearance, wall_clearance)
     if apart is not None or fixed:
         given.pop("time_limit")
-        options = {"settings": settings, "device": device, "progress": progress, "watch": watch, "unit": unit}
-        alone = partial(search, method, **options, **given)
+        shown = {"progress": progress, "watch": watch, "unit": unit}
+        alone = partial(search, method, settings=settings, device=device, separable=separable, **shown, **given)
         return pack_apart(alone, bodies, container, apart, fixed, device, time_limit, progress, unit)
     if isinstance(container, FreeBox):
         return minimal_box.pack(
@@ -130,6 +132,7 @@ def search(
             effort=effort,
             progress=progress,
             rule=None if method == "dense" else method,
+            separable=separable,
         )
     if method == "dense":
         return dense.pack(

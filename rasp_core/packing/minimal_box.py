@@ -3,12 +3,12 @@
 1. A baseline places all of them, the largest first, in a box that grows along its free edges until it holds them: a
    first answer.
 2. Among voxels objects are moved one by one to where they share least, in a box that shrinks by a voxel whenever they
-   share nothing; a linear programme then takes out what voxels do not see and makes the box smaller (`voxel_descent`).
+   share nothing; a linear programme then takes out what voxels do not see and makes the box smaller (`shrinking`).
 3. In a box a few per cent too small all are pressed apart as far as they go, and moved towards less overlap; when much
    less overlaps the box grows until nothing does, by samples, then by booleans (`pressing`).
 4. Both take turns; the one that gained more in its last one goes on. What is certified and smaller than the best is
-   kept, so that there is a packing at any time. Where zones are kept out, or only some turns are wished, there is no
-   pressing.
+   kept, so that there is a packing at any time. Where zones are kept out, only some turns are wished, or the packing is
+   to come apart, there is no pressing.
 
 The question is that of Gupta & Raman 2026, Differentiable Packing of Irregular 3D Objects with Adaptive Container
 Estimation.
@@ -40,9 +40,10 @@ from .constructive import Placement
 from .pressing import Pressing
 from .result import Packing, finish
 from .turns import Turns
+from .voxel_bodies import first_size
 
 if TYPE_CHECKING:
-    from .voxel_descent import VoxelDescent
+    from .shrinking import Shrinking
 
 
 @dataclass(frozen=True)
@@ -70,13 +71,15 @@ def pack(
     effort: int | None = None,
     progress: bool = False,
     rule: str | None = None,
+    separable: bool = False,
 ) -> Packing:
     """All `bodies` in the smallest box of a shape that is found, certified.
 
     rule : None for the search above; a name of `constructive.RULES` for that baseline alone, placing all in shaken
     orders until time is over. time_limit : seconds. effort : number of tries (further placements, for a rule), 2000
-    (none) if neither is given. settings : seed and resolution count. Ctrl-C and the time limit return the best so far,
-    but for the first placement, which is made in any case.
+    (none) if neither is given. settings : seed and resolution count. separable : the search leaves nothing under an
+    overhang, so that hardly anything locks. Ctrl-C and the time limit return the best so far, but for the first
+    placement, which is made in any case.
 
     bodies : one at least, each of a size that some box with the fixed edges holds. Raises InputError for a negative
     effort.
@@ -85,7 +88,7 @@ def pack(
     if effort is None and time_limit is None:
         effort = TUNING.tries if rule is None else 0
     budget = Budget(time_limit, effort)
-    search = _Search(bodies, shape, settings, device, budget, progress, rule)
+    search = _Search(bodies, shape, settings, device, budget, progress, rule, separable)
     try:
         search.place()
         while not budget.over() and not search.full:
@@ -112,13 +115,15 @@ class _Search:
         budget: Budget,
         progress: bool,
         rule: str | None,
+        separable: bool = False,
     ):
         self.bodies, self.shape, self.settings, self.rule = list(bodies), shape, settings, rule
+        self.separable, self.least_before = separable, None
         self.device = resolve_device(device)
         self.budget = budget
         self.best = BestBox(self.bodies, shape, self._note)
-        means = ["voxels"] if len(self.bodies) <= MOST_BODIES else []
-        if not shape.zones and freedom_of(self.bodies) is None:  # which pressing does not heed
+        means = ["shrinking"] if len(self.bodies) <= MOST_BODIES else []
+        if not (shape.zones or separable) and freedom_of(self.bodies) is None:  # which pressing does not heed
             means.append("pressing")
         if not means:
             self.rule = self.rule or "spectral"
@@ -134,12 +139,12 @@ class _Search:
         first = self.shape.sized(self.best.taken / TUNING.first_density)
         room, rule = box_of(self.shape, first), self.rule or "spectral"
         self.placement = Placement(self.bodies, room, self.settings.seed, rule, straight=True)
-        self.equal_cubes, voxel = self.placement.coarse, self.placement.room.voxel
-        if self.equal_cubes:  # they may leave nothing between them, and growing costs little
+        voxel = self.placement.room.voxel
+        if self.placement.coarse:  # they may leave nothing between them, and growing costs little
             self.placement.enter(box_of(self.shape, self.shape.sized(self.best.taken)))
             return self._place_in_growing_box(None)
         # what comes next moves all anyway; between edges that are hardly longer than an object others may be needed
-        coarser = [TUNING.first_voxels_coarser * voxel] if self.rule is None and "voxels" in self.turns.gains else []
+        coarser = [TUNING.first_voxels_coarser * voxel] if self.rule is None and "shrinking" in self.turns.gains else []
         whole = [edge / np.ceil(edge / voxel) for edge in first[~self.shape.free]]
         for one in [*coarser, voxel, *whole]:
             try:
@@ -189,36 +194,31 @@ class _Search:
         return Pressing(self.best, self.settings.seed, lambda: self.budget.over(1 - TUNING.last_fraction_of_budget))
 
     @cached_property
-    def voxels(self) -> VoxelDescent:
-        from .voxel_bodies import first_size
-        from .voxel_descent import VoxelDescent
+    def shrinking(self) -> Shrinking:
+        from .shrinking import Shrinking
 
-        cubes = self.placement.room.voxel if self.equal_cubes else None
-        return VoxelDescent(self.best, first_size(self.bodies, self.shape, self.best.taken, cubes), self.settings.seed)
+        voxel = first_size(self.bodies, self.shape, self.best.taken, self.placement.cubes)
+        return Shrinking(self.best, voxel, self.settings.seed, self.separable)
 
     def improve(self) -> None:
         """One try by the means whose turn it is."""
         self.budget.tries += 1
         self.bar.update()
-        if self.turns.now is None:
-            self.turns.begin()
-            self._begin()
+        if self.least_before is None:
+            self.least_before = self.best.least
+            self.means.begin()
         self.means.improve(self.budget.spent)
         if self.turns.over():
             self.means.end(self.budget.spent)
-            if self.turns.next(np.log(self.least_before / self.best.least)):
-                self._begin()
+            changed = self.turns.next(np.log(self.least_before / self.best.least))
             self.least_before = self.best.least
+            if changed:
+                self.means.begin()
 
     @property
-    def means(self) -> VoxelDescent | Pressing:
+    def means(self) -> Shrinking | Pressing:
         """Whose turn it is."""
         return getattr(self, self.turns.now)
-
-    def _begin(self) -> None:
-        """A turn of a means that did not have the last one; it goes on from the best."""
-        self.least_before = self.best.least
-        self.means.begin()
 
     # -- the record --------------------------------------------------------------------------------------------------
 

@@ -64,7 +64,7 @@ def made_separable(
     Raises InputError if not one object comes out through the top, however few there are.
     """
     ways = Ways(packed.bodies, packed.matrices, packed.container)
-    found = take_apart(ways)
+    found = packed.dismantling or take_apart(ways)
     if found.holds or not packed.certificate.holds:
         return replace(packed, dismantling=found)
     names = [body.name for body in packed.bodies]

@@ -15,20 +15,17 @@ END_AT = 0.97  # of the budget, the last one
 class Turns:
     """Of these means, in a budget.
 
-    now : which has its turn, None before the first. gains : of each in its last turn, infinite before that.
+    now : which has its turn, the first one at first, None if there are none. gains : of each in its last turn, infinite
+    before that.
     """
 
     def __init__(self, means: Sequence[str], budget: Budget) -> None:
-        self.budget, self.now, self.turn = budget, None, 0
+        self.budget, self.now, self.turn = budget, next(iter(means), None), 1
         self.gains = dict.fromkeys(means, np.inf)
 
     def over(self) -> bool:
         """Whether the present turn is."""
         return self.budget.over(END_AT * self.turn / TURNS)
-
-    def begin(self) -> None:
-        """The first turn, of the first means."""
-        self.now, self.turn = next(iter(self.gains)), 1
 
     def next(self, gained: float) -> bool:
         """The next turn, after one that `gained` so much; whether it is another's."""

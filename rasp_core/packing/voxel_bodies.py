@@ -106,6 +106,15 @@ def filled(body: Body, rotation: np.ndarray, voxel: float) -> Turned:
     return Turned(rotation, voxels, -corner)
 
 
+def without_overhangs(turned: Turned) -> Turned:
+    """A body with all that lies between two of its voxels, one above the other. What shares nothing with that comes out
+    straight up, unless some lie above each other in a ring."""
+    voxels = turned.voxels
+    over = np.maximum.accumulate(voxels, axis=2)
+    under = np.maximum.accumulate(voxels[:, :, ::-1], axis=2)[:, :, ::-1]
+    return Turned(turned.rotation, over & under, turned.centre)
+
+
 def in_runs(turned: Turned, cell: int) -> VoxelBody:
     """A body's voxels as runs; cell : edge of the coarse cells, voxels."""
     voxels = turned.voxels

@@ -1,4 +1,4 @@
-"""Smaller and smaller boxes by a search among voxels; what it finds is compacted, and kept if it holds.
+"""Boxes of voxels that get smaller and smaller (`voxel_search`), and what is done where the search is stuck.
 
 In a box the search goes on until nothing is shared, or for long no less is; then it begins anew from where least was
 shared, with equal weights, and after some of these two bodies change places (as in sparrow, Gardeyn et al. 2025, arXiv
@@ -7,17 +7,16 @@ shared, with equal weights, and after some of these two bodies change places (as
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from .best_box import BestBox
-from .compaction import Compaction
+from ..geometry.containers import FreeBox
+from ..geometry.meshes import Body
 from .voxel_bodies import choose_size
 from .voxel_search import CELL, VoxelSearch
-
-State = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -36,79 +35,75 @@ class DescentTuning:
 TUNING = DescentTuning()
 
 
+class Boxed(NamedTuple):
+    """Bodies in a box about the origin: rotation `(N, 3, 3)`, translation `(N, 3)` and edges `(3,)`, metres."""
+
+    rotation: np.ndarray
+    translation: np.ndarray
+    edges: np.ndarray
+
+
 class VoxelDescent:
-    """A search under way, in voxels of an edge in metres. best : the smallest box so far, which it goes on from and
-    replaces. free : rotation, translation and edges of what was free and is not compacted yet. disruptions : times so
-    far that nothing had helped."""
+    """A search under way, in voxels of an edge in metres. separable : as `VoxelSearch` has it. stuck : whether for long
+    nothing has helped, or the box cannot get smaller, so that it goes on by `disrupt`."""
 
-    def __init__(self, best: BestBox, voxel: float, seed: int) -> None:
-        self.best, self.first = best, voxel
+    def __init__(
+        self, bodies: Sequence[Body], shape: FreeBox, voxel: float, seed: int, separable: bool = False
+    ) -> None:
+        self.bodies, self.shape, self.first, self.separable = bodies, shape, voxel, separable
         self.random = np.random.default_rng(seed)
-        self.search = VoxelSearch(best.bodies, best.shape, voxel, self.random)
-        self.compaction = Compaction(best.bodies, best.shape)
-        self.disruptions = 0
+        self.search = self._among(voxel)
 
-    def begin(self) -> None:
-        """From the best packing so far."""
-        self.free: list[State] = []
-        poses = self.best.poses
-        self.search.begin(poses.rotation.numpy(), poses.translation.numpy(), self.best.edges)
+    def begin(self, start: Boxed) -> None:
+        """From bodies in a box, which may overlap."""
+        self.search.begin(*start)
         self._enter()
 
-    def improve(self, late: Callable[[], bool]) -> None:
-        """One sweep. late : whether time is over."""
+    def improve(self) -> Boxed | None:
+        """One sweep. If nothing is shared then, where the bodies are; the box shrinks thereafter."""
         overlap = self.search.sweep()
         self.sweeps, self.waited = self.sweeps + 1, self.waited + 1
         if overlap == 0:
-            self.free.append((*self.search.poses, self.search.edges))
+            free = Boxed(*self.search.poses, self.search.edges)
             at_once = next((voxels for most, voxels in TUNING.voxels_at_once if self.sweeps <= most), 1)
-            if not all([self.search.shrink() for _ in range(at_once)]):
-                self.end(late)
+            smaller = all([self.search.shrink() for _ in range(at_once)])
             self._enter()
-        elif overlap < self.least:
+            self.stuck = not smaller
+            return free
+        if overlap < self.least:
             self.least, self.state, self.waited, self.restarts = overlap, self.search.state(), 0, 0
         elif self.waited >= TUNING.patience:
             self.waited, self.restarts = 0, self.restarts + 1
             self.search.restore(self.state)
             self.search.forget()
-            if self.restarts >= TUNING.restarts:
-                self.end(late)
-                self._disrupt()
+            self.stuck = self.restarts >= TUNING.restarts
+        return None
 
-    def end(self, late: Callable[[], bool]) -> None:
-        """Compact the smallest box of voxels that was free; if that does not hold, the one before, while these are
-        smaller than the best."""
-        while self.free:
-            rotation, translation, edges = self.free.pop()
-            if np.prod(edges) > self.best.least:
-                break
-            compacted = self.compaction.run(rotation, translation, edges, late)
-            if self.best.hold(compacted.poses, compacted.edges):
-                break
+    def disrupt(self, best: Boxed) -> None:
+        """Two bodies change places where least was shared in this box; or voxels get finer, and it goes on from
+        `best`."""
+        self.tried.append(self.state)
+        fine = self.search.voxel <= TUNING.finest * self.first
+        if len(self.tried) > TUNING.swaps and not fine and self.search.memory < TUNING.most_memory * TUNING.finer**3:
+            self.search = self._among(choose_size(self.bodies, self.shape, TUNING.finer * self.search.voxel))
+            self.begin(best)
+            return
+        self.search.restore(self.tried[self.random.integers(len(self.tried))])
+        self.search.swap()
+        self._start()
+
+    def _among(self, voxel: float) -> VoxelSearch:
+        # cells that are no smaller in finer voxels, so that a move takes hardly longer, and no more memory
+        cell = round(CELL * self.first / voxel)
+        return VoxelSearch(self.bodies, self.shape, voxel, self.random, cell, self.separable)
 
     def _enter(self) -> None:
-        """Begin in another box. stuck : where least was shared there, each time that nothing helped."""
-        self.stuck: list[State] = []
+        """Begin in another box. tried : where least was shared there, each time that nothing helped."""
+        self.tried: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
         self._start()
 
     def _start(self) -> None:
         """Begin from where the bodies are. least, state : overlap and places where it was least."""
         self.search.forget()
-        self.least, self.state = np.inf, self.search.state()
+        self.least, self.state, self.stuck = np.inf, self.search.state(), False
         self.sweeps = self.waited = self.restarts = 0
-
-    def _disrupt(self) -> None:
-        """Two bodies change places where it was stuck now or before; or voxels get finer."""
-        self.disruptions += 1
-        self.stuck.append(self.state)
-        fine = self.search.voxel <= TUNING.finest * self.first
-        if len(self.stuck) > TUNING.swaps and not fine and self.search.memory < TUNING.most_memory * TUNING.finer**3:
-            bodies, shape = self.best.bodies, self.best.shape
-            voxel = choose_size(bodies, shape, TUNING.finer * self.search.voxel)
-            # cells that are no smaller, so that a move takes hardly longer, and no more memory
-            self.search = VoxelSearch(bodies, shape, voxel, self.random, round(CELL * self.first / voxel))
-            self.begin()
-            return
-        self.search.restore(self.stuck[self.random.integers(len(self.stuck))])
-        self.search.swap()
-        self._start()

@@ -21,7 +21,7 @@ from ..geometry.meshes import Body
 from ..geometry.zones import distance_to
 from ..kernels import voxel_runs
 from .pool import kind
-from .voxel_bodies import VoxelBody, filled, in_runs, laid_out, whole
+from .voxel_bodies import VoxelBody, filled, in_runs, laid_out, whole, without_overhangs
 from .voxel_correlation import Turned, straight
 
 
@@ -47,21 +47,28 @@ class VoxelSearch:
     """Bodies in a box of voxels that is made smaller and smaller.
 
     voxel : its edge in metres. random : draws orders, swaps, and the edge that shrinks. cell : edge of the coarse
-    lattice's cells, in voxels. After `begin`: size `(3,)`, the box in voxels, and of each body turn `(N,)`, which of
+    lattice's cells, in voxels. separable : what lies under an overhang counts as taken, so that the bodies come out
+    through the top. After `begin`: size `(3,)`, the box in voxels, and of each body turn `(N,)`, which of
     the turned bodies it is, and shift `(N, 3)`, where its first voxel lies. Where the box has zones, they are one more
     body that stays, the last.
     """
 
     def __init__(
-        self, bodies: Sequence[Body], shape: FreeBox, voxel: float, random: np.random.Generator, cell: int = CELL
+        self,
+        bodies: Sequence[Body],
+        shape: FreeBox,
+        voxel: float,
+        random: np.random.Generator,
+        cell: int = CELL,
+        separable: bool = False,
     ) -> None:
         self.bodies, self.shape, self.voxel, self.random, self.cell = list(bodies), shape, voxel, random, cell
+        self.separable = separable
         self._turns: list[VoxelBody] = []
         known: dict[tuple, list[int]] = {}
         for body in self.bodies:
             if kind(body) not in known:
-                turns = straight(body, voxel, filled)
-                known[kind(body)] = self._add([in_runs(turned, self.cell) for turned in turns])
+                known[kind(body)] = self._add([self._taken(turned) for turned in straight(body, voxel, filled)])
         self._choices = [known[kind(body)] for body in self.bodies]
         self._zones: np.ndarray | None = None  # of the box, from its floor up to a height that was needed
 
@@ -78,7 +85,8 @@ class VoxelSearch:
         if self.shape.zones:
             self.turn, self.shift = np.append(self.turn, len(self._turns)), np.append(self.shift, [[0, 0, 0]], axis=0)
             lengths = np.append(lengths, lengths.mean())
-        self._voxels = laid_out(self._turns)
+        self._sizes = np.array([turned.size for turned in self._turns])
+        self._voxels = None
         # what two share counts more the larger they are, as that takes a longer way to undo
         self._lengths = np.sqrt(np.outer(lengths, lengths)).astype(np.float32) / np.float32(lengths.mean())
         self.forget()
@@ -105,15 +113,16 @@ class VoxelSearch:
     def shrink(self) -> bool:
         """A box smaller by a voxel along a free edge, or along all of a cube; False if a body would not go in."""
         free = np.flatnonzero(self.shape.free)
-        size = self.size.copy()
-        size[free if self.shape.cube else self.random.choice(free)] -= 1
-        for i in self._sticking_out(size):
-            fitting = self._fitting(i, size)
-            if not fitting:
-                return False
-            self.turn[i] = self.random.choice(fitting)
-        self._enter(size)
-        return True
+        for shorter in [free] if self.shape.cube else self.random.permutation(free):
+            size = self.size.copy()
+            size[shorter] -= 1
+            fitting = {i: self._fitting(i, size) for i in self._sticking_out(size)}
+            if all(fitting.values()):
+                for i, turns in fitting.items():
+                    self.turn[i] = self.random.choice(turns)
+                self._enter(size)
+                return True
+        return False
 
     def state(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Where the bodies are, to be restored."""
@@ -198,10 +207,12 @@ class VoxelSearch:
 
     def _enter(self, size: np.ndarray) -> None:
         """Take a box of so many voxels, or of more where a body does not go in; what would stick out is moved in."""
-        self.size = np.maximum(size, self._voxels.sizes[self.turn[: len(self.bodies)]].max(0))
+        self.size = np.maximum(size, self._sizes[self.turn[: len(self.bodies)]].max(0))
         if self.shape.zones:
             zones = Turned(np.eye(3), self._zone_voxels(), np.zeros(3))
             self._voxels = laid_out([*self._turns, in_runs(zones, self.cell)])
+        elif self._voxels is None:
+            self._voxels = laid_out(self._turns)
         self._move_in()
         self._blocks = np.zeros(-(-self.size // self.cell), np.float32)
         self._padded = tuple(fft.next_fast_len(int(n), real=True) for n in self._blocks.shape)
@@ -225,15 +236,19 @@ class VoxelSearch:
 
     def _sticking_out(self, size: np.ndarray) -> np.ndarray:
         """Bodies that are larger than a box as they are turned."""
-        return np.flatnonzero((self._voxels.sizes[self.turn[: len(self.bodies)]] > size).any(1))
+        return np.flatnonzero((self._sizes[self.turn[: len(self.bodies)]] > size).any(1))
 
     def _fitting(self, i: int, size: np.ndarray) -> list[int]:
         """The right-angled turns of a body that go into a box."""
-        return [k for k in self._choices[i] if (self._voxels.sizes[k] <= size).all()]
+        return [k for k in self._choices[i] if (self._sizes[k] <= size).all()]
 
     def _across(self, body: Body, rotation: np.ndarray) -> VoxelBody:
         """A body turned as no right-angled turn has it."""
-        return in_runs(filled(body, rotation, self.voxel), self.cell)
+        return self._taken(filled(body, rotation, self.voxel))
+
+    def _taken(self, turned: Turned) -> VoxelBody:
+        """What a turned body takes."""
+        return in_runs(without_overhangs(turned) if self.separable else turned, self.cell)
 
     def _add(self, turns: Sequence[VoxelBody]) -> list[int]:
         """Keep turned bodies, those of equal voxels once; their numbers."""

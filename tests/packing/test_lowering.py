@@ -13,6 +13,7 @@ from rasp_core.geometry.zones import without
 from rasp_core.packing import lowering
 from rasp_core.packing.layout import Layout
 from rasp_core.packing.lowering import Lowering, is_worth
+from rasp_core.packing.voxel_descent import Boxed
 from rasp_core.poses import Poses, file_to_world
 
 ROOM = box((0.21, 0.21, 0.21))
@@ -78,10 +79,11 @@ def test_more_than_go_in_are_tried_and_those_that_do_not_are_taken_out():
     assert len(found.extra) == 5
     below = FOUR.poses.translation.numpy()
     nine = np.concatenate([below, below + np.array([0, 0, 0.1]), [[0, 0, 0.01]]])
-    held = found._held(np.tile(np.eye(3), (9, 1, 1)), nine, FOUR, never)
+    at = Boxed(np.tile(np.eye(3), (9, 1, 1)), nine, ROOM.size)
+    held = found._held(at, FOUR, never)
     assert len(held) == 8
     assert certified(held, pool)
-    assert found._held(np.tile(np.eye(3), (9, 1, 1)), nine, FOUR, lambda: True) is None
+    assert found._held(at, FOUR, lambda: True) is None
 
 
 def test_it_goes_on_while_it_is_more_than_the_layout_and_begins_anew_else(monkeypatch):
@@ -92,10 +94,10 @@ def test_it_goes_on_while_it_is_more_than_the_layout_and_begins_anew_else(monkey
     monkeypatch.setattr(found, "_begin", lambda layout: begun.append(len(layout)) or begin(layout))
     found.improve(FOUR, never)
     assert len(found.chosen) == 6
-    found.descent.improve = lambda late: None
+    found.descent.improve = lambda: None
     found.improve(laid(*FOUR.poses.translation.tolist(), [0, 0, 0.05]), never)
     assert begun == [4], "six are more than five"
-    found.improve(Layout(list(range(7)), found.descent.best.poses.take([0, 1, 2, 3, 4, 5, 5])), never)
+    found.improve(laid(*FOUR.poses.translation.tolist(), *[[0, 0, 0.05]] * 3), never)
     assert begun == [4, 7]
 
 
@@ -106,17 +108,17 @@ def test_what_fails_is_tried_with_fewer_until_one_copy_is_left():
     def fail(more):
         found.more = more
         found._begin(FOUR)
-        found.descent.improve = lambda late: None
-        found.descent.disruptions = lowering.TUNING.disruptions
+        found.descent.improve, found.disruptions = lambda: None, lowering.TUNING.disruptions - 1
+        found.descent.stuck = True
         found.improve(FOUR, never)
 
     fail(0.6)
-    assert (len(found.extra), found.start, found.more) == (3, None, 0.3)
+    assert (len(found.extra), found.descent, found.more) == (3, None, 0.3)
     fail(0.3)
     fail(lowering.TUNING.least_more + 0.25)
-    assert (len(found.extra), found.start) == (2, None)
+    assert (len(found.extra), found.descent) == (2, None)
     fail(1.2 * lowering.TUNING.least_more)
-    assert found.start is FOUR, "one more, and another copy would be the same"
+    assert found.descent is not None, "one more, and another copy would be the same"
     assert found.more == 1.2 * lowering.TUNING.least_more
 
 
@@ -124,4 +126,4 @@ def test_what_fails_is_tried_with_fewer_until_one_copy_is_left():
 def test_it_needs_some_and_not_too_many(layout):
     found = search(cubes(lowering.MOST_BODIES + 1), [])
     found.improve(layout, never)
-    assert found.start is None
+    assert found.descent is None

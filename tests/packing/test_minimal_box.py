@@ -85,12 +85,19 @@ def test_many_bodies_are_pressed_alone(monkeypatch):
 
 def test_a_means_that_has_its_turn_begins_from_the_best():
     search, begun = placed(kitchen_like(4), parse("auto"), effort=10), []
-    for means in (search.voxels, search.pressing):
+    for means in (search.shrinking, search.pressing):
         means.begin = lambda means=means: begun.append(means)
         means.improve = means.end = lambda late: None
     for _ in range(4):
         search.improve()
-    assert begun[:4] == [search.voxels, search.pressing, search.voxels, search.pressing], "none gains"
+    assert begun[:4] == [search.shrinking, search.pressing, search.shrinking, search.pressing], "none gains"
+
+
+def test_what_is_to_come_apart_is_not_pressed():
+    search = minimal_box._Search(kitchen_like(4), parse("auto"), QUICK, "cpu", Budget(effort=10), False, None, True)
+    assert list(search.turns.gains) == ["shrinking"]
+    search.place()
+    assert search.shrinking.descent.search.separable
 
 
 def test_ctrl_c_returns_the_best_so_far(monkeypatch):

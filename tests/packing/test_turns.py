@@ -8,9 +8,7 @@ from rasp_core.util.budget import Budget
 
 @pytest.fixture
 def turns():
-    found = Turns(["one", "other"], Budget(effort=100 * TURNS))
-    found.begin()
-    return found
+    return Turns(["one", "other"], Budget(effort=100 * TURNS))
 
 
 def test_each_has_a_turn_then_the_one_that_gained_more(turns):
@@ -36,6 +34,5 @@ def test_turns_share_the_budget_out(turns):
 
 def test_one_means_alone_goes_on():
     turns = Turns(["one"], Budget(effort=10))
-    turns.begin()
     assert not turns.next(0.0)
     assert (turns.now, turns.turn) == ("one", 2)

@@ -6,7 +6,7 @@ import trimesh
 
 from rasp_core.geometry.containers import FreeBox
 from rasp_core.geometry.meshes import make_body
-from rasp_core.packing.voxel_bodies import choose_size, filled, in_runs, laid_out, whole
+from rasp_core.packing.voxel_bodies import choose_size, filled, in_runs, laid_out, whole, without_overhangs
 from rasp_core.packing.voxel_correlation import Turned
 
 VOXEL = 0.01
@@ -39,6 +39,14 @@ def test_a_block_of_whole_voxels_is_these():
 
 def test_what_is_thinner_than_a_voxel_has_one_layer():
     assert filled(block(6, 6, 0.2), np.eye(3), VOXEL).voxels.sum() == 36
+
+
+def test_what_lies_under_an_overhang_is_taken():
+    voxels = np.zeros((3, 1, 4), bool)
+    voxels[:, 0] = [[1, 0, 0, 1], [0, 1, 0, 0], [1, 1, 0, 0]]
+    found = without_overhangs(Turned(np.eye(3), voxels, np.ones(3)))
+    assert found.voxels[:, 0].astype(int).tolist() == [[1, 1, 1, 1], [0, 1, 0, 0], [1, 1, 0, 0]]
+    assert found.centre.tolist() == [1, 1, 1]
 
 
 def test_runs_are_the_voxels():

@@ -1,44 +1,34 @@
-"""Boxes get smaller, and what does not hold is not kept."""
+"""Boxes of voxels get smaller; what is done where nothing helps."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-import torch
 import trimesh
 
-from rasp_core.geometry.containers import FreeBox, box
+from rasp_core.geometry.containers import FreeBox
 from rasp_core.geometry.meshes import make_body, unique_names
 from rasp_core.packing import voxel_descent
-from rasp_core.packing.voxel_descent import VoxelDescent
-from rasp_core.poses import Poses
+from rasp_core.packing.voxel_descent import Boxed, VoxelDescent
+
+VOXEL = 0.02
 
 
-class Loose:
-    """Eight cubes one above the other on a base for four; it is never replaced, and remembers what it was asked."""
-
-    def __init__(self, holds, least):
-        mesh = trimesh.creation.box((0.1, 0.1, 0.1))
-        self.bodies = unique_names([make_body("cube", mesh.vertices, mesh.faces)] * 8)
-        self.shape, self.container = FreeBox((0.21, 0.21, None)), box((0.21, 0.21, 0.8))
-        places = np.zeros((8, 3))
-        places[:, 2] = 0.1 * (np.arange(8) - 3.5)
-        self.poses = Poses(torch.eye(3).double().repeat(8, 1, 1), torch.from_numpy(places))
-        self.edges = self.container.size
-        self.holds, self.least, self.asked = holds, least, []
-
-    def hold(self, poses, edges):
-        self.asked.append(edges[2])
-        return self.holds
+@pytest.fixture
+def tower():
+    """Eight cubes one above the other, on a base for four."""
+    places = np.zeros((8, 3))
+    places[:, 2] = 0.1 * (np.arange(8) - 3.5)
+    return Boxed(np.tile(np.eye(3), (8, 1, 1)), places, np.array([0.21, 0.21, 0.8]))
 
 
-def begun(best):
-    """The search, and the list of what it will have compacted."""
-    descent, found = VoxelDescent(best, 0.02, 0), []
-    run = descent.compaction.run
-    descent.compaction.run = lambda *start: found.append(run(*start)) or found[-1]
-    descent.begin()
-    return descent, found
+@pytest.fixture
+def descent(tower):
+    mesh = trimesh.creation.box((0.1, 0.1, 0.1))
+    bodies = unique_names([make_body("cube", mesh.vertices, mesh.faces)] * 8)
+    found = VoxelDescent(bodies, FreeBox((0.21, 0.21, None)), VOXEL, 0)
+    found.begin(tower)
+    return found
 
 
 def tuned(monkeypatch, **values):
@@ -50,70 +40,53 @@ def noted(done, name, do):
     return lambda *given: done.append(name) or do(*given)
 
 
-def in_time():
-    return False
+def test_boxes_that_are_free_get_smaller(descent):
+    free = [one for one in (descent.improve() for _ in range(300)) if one is not None]
+    heights = [one.edges[2] for one in free]
+    assert heights == sorted(heights, reverse=True)
+    assert heights[-1] < 0.3, "towards two layers"
+    assert all((np.abs(one.translation[:, 2]) <= one.edges[2] / 2).all() for one in free)
 
 
-def test_eight_cubes_come_to_two_layers():
-    best = Loose(True, 0.21 * 0.21 * 0.8)
-    descent, found = begun(best)
-    for _ in range(400):
-        descent.improve(in_time)
-    best.least = np.inf
-    descent.end(in_time)
-    assert min(compacted.edges[2] for compacted in found) == pytest.approx(0.2, abs=1e-3)
-    assert all(compacted.overlap < 1e-3 for compacted in found)
+def test_a_box_that_cannot_get_smaller_is_where_it_is_stuck(descent, tower):
+    descent.search.shrink = lambda: False
+    assert descent.improve().edges == pytest.approx(tower.edges)
+    assert descent.stuck
+    descent.disrupt(tower)
+    assert not descent.stuck
 
 
-def test_what_does_not_hold_is_tried_in_the_box_before():
-    best = Loose(False, 1.0)
-    descent, _ = begun(best)
-    while len(descent.free) < 3:
-        descent.improve(in_time)
-    descent.end(in_time)
-    assert len(best.asked) == 3
-    assert descent.free == []
-
-
-def test_what_is_no_smaller_is_not_compacted():
-    best = Loose(True, 1.0)
-    descent, _ = begun(best)
-    while not descent.free:
-        descent.improve(in_time)
-    best.least = 1e-6
-    descent.end(in_time)
-    assert best.asked == []
-
-
-def test_where_nothing_helps_it_begins_anew_then_swaps_then_voxels_get_finer(monkeypatch):
+def test_where_nothing_helps_it_begins_anew_then_swaps_then_voxels_get_finer(monkeypatch, descent, tower):
     tuned(monkeypatch, patience=2, restarts=2, swaps=1, finest=0.5)
-    descent, _ = begun(Loose(True, 1.0))
     search, overlaps, done = descent.search, iter([5.0, *[9.0] * 20]), []
     search.sweep = lambda: next(overlaps)
     for name in ("restore", "swap", "forget"):
         monkeypatch.setattr(search, name, noted(done, name, getattr(search, name)))
     after = []
-    for _ in range(9):
-        descent.improve(in_time)
+    for _ in range(5):
+        assert descent.improve() is None
         after.append(list(done))
         done.clear()
     assert after[0] == after[1] == [], "5, the least, then 9"
     assert after[2] == ["restore", "forget"], "patience is over"
-    assert after[4] == ["restore", "forget", "restore", "swap", "forget"], "for the second time"
+    assert descent.stuck, "for the second time"
+    descent.disrupt(tower)
+    assert done == ["restore", "swap", "forget"]
     assert descent.search is search
-    assert (descent.least, len(descent.stuck)) == (9.0, 1)
-    while descent.search is search:
-        descent.improve(in_time)
-    assert 0.5 * 0.02 <= descent.search.voxel < 0.02
-    assert descent.stuck == []
+    assert (descent.least, len(descent.tried)) == (np.inf, 1)
+    while not descent.stuck:
+        descent.improve()
+    descent.disrupt(tower)
+    assert 0.5 * VOXEL <= descent.search.voxel < VOXEL
+    assert descent.tried == []
 
 
 @pytest.mark.parametrize("ends", [{"finest": 1.0}, {"most_memory": 1.0}])
-def test_from_the_finest_voxels_on_or_where_their_tables_would_be_too_large_they_stay(monkeypatch, ends):
-    tuned(monkeypatch, patience=1, restarts=1, swaps=0, **ends)
-    descent, _ = begun(Loose(True, 1.0))
-    descent.search.sweep = lambda: 1.0
+def test_from_the_finest_voxels_on_or_where_their_tables_would_be_too_large_they_stay(
+    monkeypatch, descent, tower, ends
+):
+    tuned(monkeypatch, swaps=0, **ends)
     search = descent.search
     for _ in range(5):
-        descent.improve(in_time)
+        descent.disrupt(tower)
     assert descent.search is search

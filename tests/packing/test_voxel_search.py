@@ -46,6 +46,21 @@ def test_blocks_of_whole_voxels_fill_a_box():
     assert sum(body.volume for body in bodies) == pytest.approx(np.prod(search.edges))
 
 
+@pytest.mark.parametrize("separable", [False, True])
+@pytest.mark.parametrize("up", [0, -2])
+def test_where_all_is_to_come_out_through_the_top_nothing_lies_in_a_tunnel(separable, up):
+    hollow = trimesh.creation.box(np.array([4, 8, 4]) * VOXEL)
+    hollow.apply_translation((0, 0, up * VOXEL))
+    block = trimesh.boolean.difference([trimesh.creation.box([8 * VOXEL] * 3), hollow])
+    as_they_are = Wishes(turns=Turns("none", np.eye(3)[None], False))
+    bodies = [make_body("hollow", block.vertices, block.faces), *blocks((4, 8, 4))]
+    bodies = [replace(body, wishes=as_they_are) for body in bodies]
+    search = VoxelSearch(bodies, STRIP, VOXEL, np.random.default_rng(0), separable=separable)
+    search.begin(np.tile(np.eye(3), (2, 1, 1)), np.zeros((2, 3)), np.full(3, 8 * VOXEL))
+    free = any(search.sweep() == 0 for _ in range(50))
+    assert free == (up < 0 or not separable), "a bridge is lifted off what it spans"
+
+
 def test_a_box_shrinks_by_a_voxel_and_is_restored():
     search, _ = searched(blocks((4, 4, 4)), (0.08, 0.08, 0.08), 5)
     state = search.state()
