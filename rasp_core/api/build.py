@@ -46,6 +46,11 @@ class BuiltResult:
     built: Built
     standing: Standing
 
+    @property
+    def holds(self) -> bool:
+        """Whether it stands."""
+        return self.standing.stands
+
     @cached_property
     def body(self) -> Body:
         """The piece, in metres, on z = 0."""
@@ -54,7 +59,7 @@ class BuiltResult:
     @property
     def warnings(self) -> list[str]:
         """In words, what to heed."""
-        return [*self.heap.warnings, *self.built.warnings, *([] if self.standing.stands else [self.standing.line()])]
+        return [*self.heap.warnings, *self.built.warnings, *([] if self.holds else [self.standing.line()])]
 
     def headline(self) -> str:
         """What it is, in one line."""

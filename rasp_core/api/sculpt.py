@@ -13,6 +13,7 @@ import numpy as np
 from ..art import anamorphic, texturing
 from ..art.building import PRINTER_MM, THICKNESS_MM
 from ..art.fitting import Bounds, Fitted, fit
+from ..art.hanging import THREAD_MM
 from ..art.room import Room
 from ..art.sculpture import Sculpture
 from ..art.targets import from_files, from_text
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
     from .build import BuiltResult
+    from .hang import HungResult
 
 
 @dataclass(frozen=True, repr=False)
@@ -104,6 +106,17 @@ class SculptureResult(Result):
         from .build import built
 
         return built(self, printer_mm, thickness_mm)
+
+    def hang(self, printer_mm: Sequence[float] = PRINTER_MM, thread_mm: float = THREAD_MM) -> HungResult:
+        """The objects on threads, one or two each, straight up to a plate or to an object above, that cross nothing.
+
+        printer_mm : its volume, x, y, z; the plate fills x or y; in a room it has the size that this asks for.
+        thread_mm : how thick threads are. Raises InputError for lengths that are not positive, a plate that is larger
+        than the printer or would stand before a view, and where no threads hold some of the objects in balance.
+        """
+        from .hang import hung
+
+        return hung(self, printer_mm, thread_mm)
 
     def save(
         self,

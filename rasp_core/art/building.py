@@ -201,14 +201,20 @@ class _Plan:
 
 def check_printer(printer_mm: Sequence[float] = PRINTER_MM, thickness_mm: float = THICKNESS_MM) -> np.ndarray:
     """`(3,)` a printer's volume. Raises InputError unless it and the thickness are lengths that go together."""
-    printer = np.asarray(printer_mm, float)
-    if printer.shape != (3,) or not ((printer > 0) & np.isfinite(printer)).all():
-        raise InputError(f"a printer's volume is three positive lengths in mm, got {printer.tolist()}")
+    printer = printer_volume(printer_mm)
     if not 0 < thickness_mm < printer.min() / 10:
         raise InputError(
             f"struts must be thicker than 0 and thinner than a tenth of the printer's {printer.min():g} mm, "
             f"got {thickness_mm:g} mm"
         )
+    return printer
+
+
+def printer_volume(printer_mm: Sequence[float]) -> np.ndarray:
+    """`(3,)`, mm. Raises InputError unless these are three positive lengths."""
+    printer = np.asarray(printer_mm, float)
+    if printer.shape != (3,) or not ((printer > 0) & np.isfinite(printer)).all():
+        raise InputError(f"a printer's volume is three positive lengths in mm, got {printer.tolist()}")
     return printer
 
 

@@ -66,15 +66,21 @@ def count_of(text: str, option: str = "--count") -> int | None:
     return count
 
 
-def build_of(options: argparse.Namespace) -> dict | None:
-    """What `SculptureResult.build` is asked, None where nothing is to be built."""
-    asked = {"printer_mm": options.printer, "thickness_mm": options.thickness}
+def made_of(options: argparse.Namespace) -> tuple[str | None, dict]:
+    """What a heap is to be made, "build" or "hang", None if nothing, and what that method of `SculptureResult` is
+    asked."""
+    made = "build" if options.build else "hang" if options.hang else None
+    asked = {"printer_mm": options.printer, "thickness_mm": options.thickness, "thread_mm": options.thread}
     asked = {name: value for name, value in asked.items() if value is not None}
-    if asked and not options.build:
-        raise InputError("--printer and --thickness are of a piece to build; add --build")
+    if "thickness_mm" in asked and made != "build":
+        raise InputError("--thickness is of a piece to build; add --build")
+    if "thread_mm" in asked and made != "hang":
+        raise InputError("--thread is of a heap to hang up; add --hang")
+    if asked and made is None:
+        raise InputError("--printer is of a piece to build, or of a plate to hang a heap up; add --build or --hang")
     if "printer_mm" in asked:
         asked["printer_mm"] = three(options.printer, "--printer must be three lengths in mm, as 200,200,200")
-    return asked if options.build else None
+    return made, asked
 
 
 def fit_of(options: argparse.Namespace) -> tuple[float, ...] | None:

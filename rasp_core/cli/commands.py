@@ -15,17 +15,18 @@ from ..util.errors import InputError
 from ..util.loading import loading
 from .checks import (
     CLEARANCES,
-    build_of,
     check_clearances,
     check_container,
     check_time,
     check_together,
     count_of,
     fit_of,
+    made_of,
     table_of,
 )
 from .options import SETTINGS, WEIGHTS, container_of, counted, given_of, method_of, reading_of
 
+MADE = {"build": "built.stl", "hang": "hung.3mf"}  # of a heap, and the file it is in
 INTERRUPTED = "rasp: interrupted; this is the best until then"
 SWEPT = (
     *("time_limit", "effort", "repeat", "fit_objects", "azimuths_deg", "elevations_deg", "viewing_volume"),
@@ -156,20 +157,21 @@ def art(options: argparse.Namespace) -> int:
         from ..api.run_folder import check_writable
         from ..api.sculpt import sculpt
         from ..art.building import check_printer
+        from ..art.hanging import check_thread
         from ..geometry.loading import load_bodies
 
     check_time(options)
-    folder, building, fitting, fallen = check_writable(options.out), build_of(options), fit_of(options), []
-    check_printer(**building or {})
+    folder, (making, asked), fitting, fallen = check_writable(options.out), made_of(options), fit_of(options), []
+    (check_thread if making == "hang" else check_printer)(**asked)
     several = options.text is not None and max(map(len, options.text)) > 1
     places = (folder / f"{number}" for number in itertools.count(1)) if several else iter([folder])
 
     def keep(heap) -> None:
-        place, built = next(places), None if building is None else heap.build(**building)
-        (built or heap).save(place, pictures=options.pictures)
+        place, made = next(places), None if making is None else getattr(heap, making)(**asked)
+        (made or heap).save(place, pictures=options.pictures)
         lines = [
             *(heap.fitted.lines() if heap.fitted else ()),
-            *(built or heap).warnings,
+            *(made or heap).warnings,
             *heap.certificate.lines()[:20],
         ]
         if heap.painted is not None:
@@ -179,9 +181,9 @@ def art(options: argparse.Namespace) -> int:
         print(f"{place}: {heap.headline().removeprefix('Sculpture of ')}")
         if heap.in_room is not None:
             print(f"{place / 'room.html'}: {heap.in_room.line()}")
-        if built is not None:
-            print(f"{place / 'built.stl'}: {built.headline()}")
-            fallen.append(not built.standing.stands)
+        if made is not None:
+            print(f"{place / MADE[making]}: {made.headline()}")
+            fallen.append(not made.holds)
 
     made = sculpt(
         load_bodies(options.objects, reading_of(options), progress=True),

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 import trimesh
+from rooms import ROOM
 
 import rasp_core as rasp
 from data_fetch import kitchen_like
@@ -12,18 +13,6 @@ from rasp_core.art.room_file import room_of
 from rasp_core.util.errors import InputError
 
 QUICK = {"resolution": 64, "count": 12, "time_limit": 5.0}
-ROOM = {
-    "heap": [0, 0, 1],
-    "surfaces": {
-        "back": {"point": [0, 0.5, 0], "normal": [0, 1, 0]},
-        "side": {"point": [-0.5, 0, 0], "normal": [1, 0, 0]},
-        "floor": {"point": [0, 0, 0.5], "normal": [0, 0, 1]},
-    },
-    "lamps": [
-        {"at": [0, -0.6, 1], "onto": "back", "height": 0.4},
-        {"at": [0.6, 0, 1], "onto": "side", "height": 0.4},
-    ],
-}
 
 
 @pytest.fixture(scope="module")

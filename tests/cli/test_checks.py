@@ -5,7 +5,7 @@ from argparse import Namespace
 
 import pytest
 
-from rasp_core.cli.checks import build_of, check_clearances, check_time, check_together, count_of, fit_of
+from rasp_core.cli.checks import check_clearances, check_time, check_together, count_of, fit_of, made_of
 from rasp_core.cli.main import main
 from rasp_core.util.errors import InputError
 
@@ -45,16 +45,21 @@ def test_what_is_of_one_box_in_motion_goes_with_neither_boxes_nor_what_is_fixed(
             check_together(Namespace(**alone | {moves: True, "gravity": True}))
 
 
-def test_what_is_built_has_a_printer_of_three_lengths():
-    nothing = {"build": False, "printer": None, "thickness": None}
-    assert build_of(Namespace(**nothing)) is None
-    assert build_of(Namespace(**nothing | {"build": True})) == {}
-    asked = build_of(Namespace(build=True, printer="220,220,250", thickness=1.2))
-    assert asked == {"printer_mm": (220, 220, 250), "thickness_mm": 1.2}
+def test_what_is_built_or_hung_up_has_a_printer_of_three_lengths():
+    nothing = {"build": False, "hang": False, "printer": None, "thickness": None, "thread": None}
+    assert made_of(Namespace(**nothing)) == (None, {})
+    assert made_of(Namespace(**nothing | {"build": True})) == ("build", {})
+    asked = made_of(Namespace(**nothing | {"build": True, "printer": "220,220,250", "thickness": 1.2}))
+    assert asked == ("build", {"printer_mm": (220, 220, 250), "thickness_mm": 1.2})
+    assert made_of(Namespace(**nothing | {"hang": True, "thread": 0.5})) == ("hang", {"thread_mm": 0.5})
     with pytest.raises(InputError, match="--printer must be three lengths in mm, as 200,200,200, got large"):
-        build_of(Namespace(build=True, printer="large", thickness=None))
-    with pytest.raises(InputError, match="add --build"):
-        build_of(Namespace(**nothing | {"thickness": 2.0}))
+        made_of(Namespace(**nothing | {"build": True, "printer": "large"}))
+    with pytest.raises(InputError, match=r"--printer is of a piece .* add --build or --hang"):
+        made_of(Namespace(**nothing | {"printer": "220,220,250"}))
+    with pytest.raises(InputError, match="--thickness is of a piece to build; add --build"):
+        made_of(Namespace(**nothing | {"hang": True, "thickness": 2.0}))
+    with pytest.raises(InputError, match="--thread is of a heap to hang up; add --hang"):
+        made_of(Namespace(**nothing | {"build": True, "thread": 0.5}))
 
 
 def test_pictures_give_way_by_three_numbers():

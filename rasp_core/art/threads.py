@@ -1,0 +1,191 @@
+"""Threads by which a heap's objects hang: one or two an object, straight up, that cross nothing.
+
+A thread ends at the plate above, or below an object that hangs higher, as in a mobile: what is below others hangs from
+them. All threads are vertical, so that all forces are. An object is in balance where the middle of its weight and of
+what hangs on it lies between its two threads, or under its one thread; it stays so where they hold it above that
+middle. Two threads keep it from turning about them, one does not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import manifold3d
+import numpy as np
+import trimesh
+
+from ..exact.placing import placed_solid
+from ..geometry.meshes import Body
+from ..util import o3d
+
+DIRECTIONS = 24  # of the line from one thread to the other, over half a turn
+DISTANCES = 16  # of an object's radius: places for a thread along such a line, to either side
+STEEPEST = 0.5  # of the upward normal's height where a thread is fixed
+ROUND = 12  # sides of a thread
+HELD_ABOVE = 0.02  # of an object's radius: how far above the middle of the weight its threads hold it, at least
+BELOW_OTHERS = 0.5  # times as good: a thread that ends at another object
+ORDERS = 6  # in which bodies are hung, at most
+TRIED = 40  # pairs of threads of an object, the best first, that are proven to cross nothing
+
+
+@dataclass(frozen=True)
+class Thread:
+    """From a place on an object straight up to the plate, or to the underside of another object.
+
+    body : number of the object that it holds. above : that of the object it ends at, None for the plate. low, high :
+    `(3,)` metres. load : what it carries, in cubic metres of the objects' material.
+    """
+
+    body: int
+    above: int | None
+    low: np.ndarray
+    high: np.ndarray
+    load: float
+
+    @property
+    def length(self) -> float:
+        """Metres."""
+        return float(self.high[2] - self.low[2])
+
+    def solid(self, radius: float) -> manifold3d.Manifold:
+        """As a rod."""
+        return manifold3d.Manifold.cylinder(self.length, radius, circular_segments=ROUND).translate(self.low)
+
+
+def find_threads(
+    bodies: Sequence[Body], matrices: np.ndarray, top: float, radius: float
+) -> tuple[list[Thread], list[int]]:
+    """Threads of a radius for all bodies, placed by `matrices` `(N, 4, 4)` (file coordinates to the world), from a
+    plate whose underside is at height `top`, metres; and the numbers of bodies that none in balance hold."""
+    search, first, alone = _Search(bodies, matrices, top, radius), [], []
+    for _ in range(ORDERS):
+        first = [*alone, *(i for i in first if i not in alone)]
+        alone = search.run(first)
+        if not alone:
+            break
+    return search.threads, alone
+
+
+class _Search:
+    """Threads so far. What hangs on a body has to be known before the body hangs itself: the lowest come first, but for
+    those that found nothing when others had hung before."""
+
+    def __init__(self, bodies: Sequence[Body], matrices: np.ndarray, top: float, radius: float) -> None:
+        self.top, self.radius = top, radius
+        self.solids = [placed_solid(body, matrix) for body, matrix in zip(bodies, matrices, strict=True)]
+        meshes = [trimesh.Trimesh(*_mesh_of(solid), process=False) for solid in self.solids]
+        self.reach = [float(np.ptp(mesh.vertices, axis=0).max()) for mesh in meshes]
+        surfaces = [(mesh.vertices, mesh.faces) for mesh in meshes]
+        self.scene, self.scenes = o3d.caster(surfaces), [o3d.caster([surface]) for surface in surfaces]
+        self.weights = np.array([mesh.volume for mesh in meshes])
+        self.centres = np.array([mesh.center_mass for mesh in meshes])
+
+    def run(self, first: Sequence[int]) -> list[int]:
+        """Threads for all, these bodies first; the numbers of those that none hold. load, middle : what each carries,
+        its own weight too, and where the middle of that is."""
+        self.load, self.middle = self.weights.copy(), self.centres.copy()
+        self.done: set[int] = set()
+        self.threads: list[Thread] = []
+        rest = [i for i in np.argsort(self.centres[:, 2]).tolist() if i not in first]
+        return [i for i in (*first, *rest) if not self.hang(i)]
+
+    def hang(self, i: int) -> bool:
+        """Threads for body i; False if none hold it."""
+        self.done.add(i)
+        for threads in self._pairs(i)[:TRIED]:
+            if all(self._crosses_nothing(thread) for thread in threads):
+                for thread in threads:
+                    self._carry(thread)
+                self.threads += threads
+                return True
+        return False
+
+    def _carry(self, thread: Thread) -> None:
+        """The load of a thread on the body at which it ends."""
+        j = thread.above
+        if j is not None:
+            whole = self.load[j] + thread.load
+            self.middle[j] = (self.load[j] * self.middle[j] + thread.load * thread.high) / whole
+            self.load[j] = whole
+
+    def _pairs(self, i: int) -> list[list[Thread]]:
+        """Two threads each that hold body i in balance, the best first; then single ones."""
+        angles = np.pi * np.arange(DIRECTIONS) / DIRECTIONS
+        steps = np.arange(-DISTANCES, DISTANCES + 1) / DISTANCES * self.reach[i]
+        lines = np.stack([np.cos(angles), np.sin(angles)], 1)[:, None] * steps[:, None]
+        places = [self._ends(i, self.middle[i, :2] + line) for line in lines]
+        found = []
+        for ends in places:
+            at = {k: end for k, end in enumerate(ends) if end is not None}
+            for a in (k for k in at if k < DISTANCES):
+                for b in (k for k in at if k > DISTANCES):
+                    found.append(self._pair(i, at[a], at[b], abs(steps[a]), abs(steps[b])))
+        single = [self._single(i, places[0][DISTANCES])]
+        pairs = sorted((one for one in found if one is not None), key=lambda one: -one[0])
+        return [threads for _, threads in [*pairs, *(one for one in single if one is not None)]]
+
+    def _pair(self, i: int, first: tuple, second: tuple, to_first: float, to_second: float):
+        """How good two threads are, and these; None if they hold the body too low."""
+        share = to_second / (to_first + to_second)  # of the load on the first
+        held_at = share * first[0][2] + (1 - share) * second[0][2]
+        if held_at < self.middle[i, 2] + HELD_ABOVE * self.reach[i]:
+            return None
+        threads = [
+            Thread(i, above, low, high, self.load[i] * part)
+            for (low, high, above), part in zip((first, second), (share, 1 - share), strict=True)
+        ]
+        good = min(to_first, to_second) * np.prod([BELOW_OTHERS if t.above is not None else 1.0 for t in threads])
+        return good, threads
+
+    def _single(self, i: int, end: tuple | None):
+        if end is None or end[0][2] < self.middle[i, 2] + HELD_ABOVE * self.reach[i]:
+            return None
+        low, high, above = end
+        return 0.0, [Thread(i, above, low, high, self.load[i])]
+
+    def _ends(self, i: int, places: np.ndarray) -> list[tuple[np.ndarray, np.ndarray, int | None] | None]:
+        """For each of places `(P, 2)` in plan: where a thread is fixed on body i, where it ends, and at which body;
+        None where there is none."""
+        tensor, clear = o3d.load().core.Tensor, 3 * self.radius
+        down = np.column_stack([places, np.full(len(places), self.top), np.tile([0, 0, -1.0], (len(places), 1))])
+        hit = self.scenes[i].cast_rays(tensor(down.astype(np.float32)))
+        depth, normals = hit["t_hit"].numpy().astype(np.float64), hit["primitive_normals"].numpy()
+        fixed = np.column_stack([places, self.top - depth])
+        good = np.isfinite(depth) & (np.abs(normals[:, 2]) > STEEPEST)
+        fixed[~good] = 0
+        start = fixed + np.array([0, 0, clear])
+        up = np.column_stack([start, np.tile([0, 0, 1.0], (len(places), 1))])
+        met = self.scene.cast_rays(tensor(up.astype(np.float32)))
+        distance, which = met["t_hit"].numpy().astype(np.float64), met["geometry_ids"].numpy()
+        found = []
+        for k, low in enumerate(fixed):
+            open_above = not np.isfinite(distance[k])
+            above = None if open_above else int(which[k])
+            if not good[k] or above in self.done:
+                found.append(None)
+                continue
+            high = self.top if open_above else low[2] + clear + distance[k]
+            found.append((low, np.array([low[0], low[1], high]), above))
+        return found
+
+    def _crosses_nothing(self, thread: Thread) -> bool:
+        """By exact booleans, but for the two that it joins; and whether it keeps clear of other threads."""
+        rod, apart = thread.solid(self.radius), 2 * self.radius
+        for other in self.threads:
+            beside = np.linalg.norm(other.low[:2] - thread.low[:2]) < apart
+            if beside and other.low[2] < thread.high[2] and thread.low[2] < other.high[2]:
+                return False
+        box = np.array(rod.bounding_box())
+        for j, solid in enumerate(self.solids):
+            if j in (thread.body, thread.above):
+                continue
+            theirs = np.array(solid.bounding_box())
+            if (box[:3] < theirs[3:]).all() and (theirs[:3] < box[3:]).all() and not (rod ^ solid).is_empty():
+                return False
+        return True
+
+
+def _mesh_of(solid: manifold3d.Manifold) -> tuple[np.ndarray, np.ndarray]:
+    mesh = solid.to_mesh64()
+    return np.array(mesh.vert_properties)[:, :3], np.array(mesh.tri_verts, np.int64)
