@@ -126,7 +126,7 @@ def _scenes() -> str:
         f"<figcaption><a href='../notebooks/{path.stem}.html'>{path.stem}</a></figcaption></figure>\n"
         for path in sorted((ROOT / "paper_figures").glob("*.glb"))
     )
-    whole = "<p><a href='../gallery.html'>All of this as one file</a>, to send.</p>"
+    whole = "<p><code>make gallery</code> writes all of this as one file, <code>out/gallery.html</code>, to send.</p>"
     return f"## Turn them with the mouse\n\n<div class='scenes'>\n{frames}</div>\n{whole}\n"
 
 

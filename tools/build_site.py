@@ -29,7 +29,7 @@ def build(out: Path) -> None:
         if failed or api.returncode:
             raise SystemExit("the site was not built; mend what Sphinx or pdoc says above")
         shutil.copy(html / "README.html", html / "index.html")
-        write_gallery(html)
+        write_scenes(html / "scenes")
         slim(html / "api")
         for path in (html / "_static").rglob("*.map"):  # for those who debug the theme's scripts
             path.unlink()
@@ -66,15 +66,13 @@ def slim(folder: Path) -> None:
         page.write_text(text, encoding="utf-8")
 
 
-def write_gallery(html: Path) -> None:
-    """Write the gallery as one page, and a page for each of its scenes."""
-    from rasp_core.reproduce.gallery import write_html
+def write_scenes(folder: Path) -> None:
+    """Write a page for each of the gallery's scenes."""
     from rasp_core.visualize.gltf import page_of
 
-    write_html(ROOT / "paper_figures", html / "gallery.html")
-    (html / "scenes").mkdir()
+    folder.mkdir()
     for path in sorted((ROOT / "paper_figures").glob("*.glb")):
-        (html / "scenes" / f"{path.stem}.html").write_text(page_of(path.read_bytes()), encoding="utf-8")
+        (folder / f"{path.stem}.html").write_text(page_of(path.read_bytes()), encoding="utf-8")
 
 
 if __name__ == "__main__":

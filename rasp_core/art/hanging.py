@@ -26,6 +26,7 @@ from .threads import Thread, find_threads
 
 THREAD_MM = 0.3
 PLATE_MM = 4.0  # thick
+SHORT_MM = 1.0  # below which a thread is a drop of glue
 RIM_MM = 5.0  # of the plate, about what hangs below
 HOLE_SPARE_MM = 0.4  # by which a hole is wider than its thread
 THINNER = 100.0  # times than the printer's least edge: the thickest thread
@@ -67,6 +68,11 @@ class Hung:
         return [body.name for body, count in zip(self.sculpture.bodies, counts, strict=True) if count == 1]
 
     @property
+    def short(self) -> int:
+        """How many threads are too short to be tied."""
+        return sum(self.scale * thread.length < SHORT_MM for thread in self.threads)
+
+    @property
     def holes(self) -> int:
         """How many threads end at the plate."""
         return sum(thread.above is None for thread in self.threads)
@@ -74,15 +80,17 @@ class Hung:
     @property
     def warnings(self) -> list[str]:
         """In words, what to heed."""
-        if not self.single:
-            return []
-        return [f"one thread does not keep {', '.join(self.single)} from turning about it"]
+        lines = [f"one thread does not keep {', '.join(self.single)} from turning about it"] if self.single else []
+        if self.short:
+            lines.append(f"{self.short} threads are shorter than {SHORT_MM:g} mm; glue what they join")
+        return lines
 
     def to_dict(self) -> dict:
         """As plain numbers, for `result.json`."""
         return {
             "threads": len(self.threads),
             "holes": self.holes,
+            "short": self.short,
             "single": self.single,
             "thread_mm": self.thread_mm,
             "longest_mm": self.scale * max(thread.length for thread in self.threads),

@@ -21,8 +21,9 @@ from ..util import o3d
 
 DIRECTIONS = 24  # of the line from one thread to the other, over half a turn
 DISTANCES = 16  # of an object's radius: places for a thread along such a line, to either side
-STEEPEST = 0.5  # of the upward normal's height where a thread is fixed
+STEEPEST = 0.1  # least height of the normal where a thread is fixed, of a normal that points straight up
 ROUND = 12  # sides of a thread
+SKIN = 1e-5  # of an object's radius: a thread is followed up from so far above it
 HELD_ABOVE = 0.02  # of an object's radius: how far above the middle of the weight its threads hold it, at least
 BELOW_OTHERS = 0.5  # times as good: a thread that ends at another object
 ORDERS = 6  # in which bodies are hung, at most
@@ -31,7 +32,8 @@ TRIED = 40  # pairs of threads of an object, the best first, that are proven to 
 
 @dataclass(frozen=True)
 class Thread:
-    """From a place on an object straight up to the plate, or to the underside of another object.
+    """From a place on an object straight up to the plate, or to the underside of another object; of no length where the
+    two touch there.
 
     body : number of the object that it holds. above : that of the object it ends at, None for the plate. low, high :
     `(3,)` metres. load : what it carries, in cubic metres of the objects' material.
@@ -147,7 +149,7 @@ class _Search:
     def _ends(self, i: int, places: np.ndarray) -> list[tuple[np.ndarray, np.ndarray, int | None] | None]:
         """For each of places `(P, 2)` in plan: where a thread is fixed on body i, where it ends, and at which body;
         None where there is none."""
-        tensor, clear = o3d.load().core.Tensor, 3 * self.radius
+        tensor, clear = o3d.load().core.Tensor, SKIN * self.reach[i]
         down = np.column_stack([places, np.full(len(places), self.top), np.tile([0, 0, -1.0], (len(places), 1))])
         hit = self.scenes[i].cast_rays(tensor(down.astype(np.float32)))
         depth, normals = hit["t_hit"].numpy().astype(np.float64), hit["primitive_normals"].numpy()
@@ -158,6 +160,7 @@ class _Search:
         up = np.column_stack([start, np.tile([0, 0, 1.0], (len(places), 1))])
         met = self.scene.cast_rays(tensor(up.astype(np.float32)))
         distance, which = met["t_hit"].numpy().astype(np.float64), met["geometry_ids"].numpy()
+        from_below = met["primitive_normals"].numpy()[:, 2] < 0
         found = []
         for k, low in enumerate(fixed):
             open_above = not np.isfinite(distance[k])
@@ -165,7 +168,9 @@ class _Search:
             if not good[k] or above in self.done:
                 found.append(None)
                 continue
-            high = self.top if open_above else low[2] + clear + distance[k]
+            # what it touches, and so begins in by a hair, it ends at
+            length = clear + distance[k] if from_below[k] else 0.0
+            high = self.top if open_above else low[2] + length
             found.append((low, np.array([low[0], low[1], high]), above))
         return found
 

@@ -1,6 +1,7 @@
 """Heaps on threads: a plate that is out of the way, and what is seen, by rays."""
 
 import csv
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -109,11 +110,13 @@ def test_the_table_says_where_each_thread_begins_and_ends(pair, tmp_path):
         assert row["object"] == pair.bodies[thread.body].name
 
 
-def test_one_thread_is_a_warning(pair):
+def test_one_thread_or_hardly_any_is_a_warning(pair):
     found = hang(pair)
     assert found.warnings == []
     alone = hanging.Hung(**{**vars(found), "threads": found.threads[:1]})
     assert alone.single == ["cube#2"] if found.threads[0].body else ["cube"]
+    near = hanging.Hung(**{**vars(found), "threads": [replace(found.threads[0], high=found.threads[0].low)] * 2})
+    assert near.warnings == ["2 threads are shorter than 1 mm; glue what they join"]
     assert alone.warnings == [f"one thread does not keep {alone.single[0]} from turning about it"]
 
 
@@ -130,7 +133,7 @@ def test_a_plate_is_no_larger_than_the_printer(pair):
 
 
 def test_objects_that_no_thread_holds_are_named():
-    spike = trimesh.creation.cone(radius=0.04, height=0.3)
+    spike = trimesh.creation.cone(radius=0.02, height=0.3)
     with pytest.raises(InputError, match=r"no threads of 0.3 mm that cross nothing hold cube.* in balance; ask for"):
         hang(heap([(0, 0, 0), (0.2, 0, 0)], mesh=spike))
 

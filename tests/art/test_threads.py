@@ -85,9 +85,18 @@ def test_what_is_held_inside_another_goes_first():
     check_balance(bodies, matrices, threads)
 
 
+def test_where_another_object_touches_a_thread_has_no_length():
+    bodies, matrices = cubes(0.2, (0.1, 0.2, 0.1)), at((0.0, 0.0, 0.0), (0.05, 0.0, 0.149999))
+    threads, alone = find_threads(bodies, matrices, 0.5, RADIUS)
+    assert alone == []
+    lengths = {thread.above: thread.length for thread in threads if thread.body == 0}
+    assert lengths == {None: pytest.approx(0.4), 1: 0.0}
+    check_balance(bodies, matrices, threads)
+
+
 def test_what_nothing_holds_above_its_middle_is_named():
     spike = trimesh.creation.cone(radius=0.2, height=0.3)  # all its upper side is steep
-    spike.apply_scale((0.2, 0.2, 1.0))
+    spike.apply_scale((0.1, 0.1, 1.0))
     bodies = [make_body("spike", spike.vertices, spike.faces), *cubes(0.1)]
     threads, alone = find_threads(bodies, at((0, 0, 0), (0.5, 0, 0)), 0.5, RADIUS)
     assert alone == [0]
