@@ -9,26 +9,30 @@ from __future__ import annotations
 import csv
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import manifold3d
 import numpy as np
+import torch
 
 from ..exact.placing import placed_solid
+from ..geometry.cameras import Camera
 from ..geometry.meshes import make_body
-from ..geometry.silhouette_edges import Views
-from ..silhouettes import likeness, render_at_rest
+from ..geometry.silhouette_edges import Outlines, Views
+from ..silhouettes import mask
 from ..util.errors import InputError
 from .building import PRINTER_MM, printer_volume
 from .hiding import FARTHEST_WIDTHS
 from .sculpture import Sculpture
 from .threads import Thread, find_threads
 
-THREAD_MM = 0.3
+THREAD_MM = 0.2
 PLATE_MM = 4.0  # thick
 SHORT_MM = 1.0  # below which a thread is a drop of glue
 RIM_MM = 5.0  # of the plate, about what hangs below
 HOLE_SPARE_MM = 0.4  # by which a hole is wider than its thread
+FINE_PIXELS = 2048  # along a picture, about: threads are thinner than its own
 THINNER = 100.0  # times than the printer's least edge: the thickest thread
 COLUMNS = "thread,object,x,y,z,ends at,end x,end y,end z,length mm,hole x mm,hole y mm,load share"
 
@@ -39,7 +43,8 @@ class Hung:
 
     sculpture : the heap. threads : in its metres. scale : millimetres in a metre of the heap; shift `(3,)` : what is
     added to its scaled coordinates, so that it is about the middle of the plate, above z = 0. plate : with its holes,
-    in these millimetres. plate_mm `(3,)` : its edges. images `(K, H, H)` bool: what the views see.
+    in these millimetres. plate_mm `(3,)` : its edges. images `(K, H, H)` in [0, 1]: what the views see, of a pixel
+    beside the objects the share that threads cover.
     """
 
     sculpture: Sculpture
@@ -54,12 +59,12 @@ class Hung:
     @property
     def likeness(self) -> np.ndarray:
         """`(K,)` intersection over union with the pictures."""
-        return likeness(self.images, self.sculpture.pictures)
+        return _alike(self.images, self.sculpture.pictures)
 
     @property
     def of_ceiling(self) -> np.ndarray:
         """`(K,)` intersection over union with the silhouettes of the pictures' visual hull."""
-        return likeness(self.images, self.sculpture.hull)
+        return _alike(self.images, self.sculpture.hull)
 
     @property
     def single(self) -> list[str]:
@@ -160,10 +165,12 @@ def hang(
             f"{' x '.join(f'{edge:g}' for edge in printer)}; make the shadows smaller, or give a larger printer"
         )
     rim = np.array([RIM_MM, RIM_MM, 0]) / scale
-    first = np.argmax((sculpture.hull | (sculpture.images > 0.5)).any(2), axis=1)  # rows where pictures begin
+    dark = sculpture.hull | (sculpture.images > 0.5)
+    first = np.argmax(dark.any(2), axis=1)  # rows where pictures begin
     top = _plate_height(sculpture, first, low - rim, high + rim, PLATE_MM / scale)
     radius = thread_mm / 2 / scale
-    threads, alone = find_threads(sculpture.bodies, sculpture.matrices, top, radius)
+    beside = partial(_beside, sculpture.cameras, dark, first)
+    threads, alone = find_threads(sculpture.bodies, sculpture.matrices, top, radius, beside)
     if alone:
         names = ", ".join(sculpture.bodies[i].name for i in alone[:5]) + (" and others" if len(alone) > 5 else "")
         raise InputError(
@@ -176,9 +183,7 @@ def hang(
     ends = [scale * thread.high + shift for thread in threads if thread.above is None]
     drill = manifold3d.Manifold.cylinder(3 * PLATE_MM, wide)
     holes = [drill.translate(end - [0, 0, PLATE_MM]) for end in ends]
-    whole = manifold3d.Manifold.batch_boolean(
-        [*solids, *(thread.solid(radius) for thread in threads)], manifold3d.OpType.Add
-    )
+    rods = manifold3d.Manifold.batch_boolean([thread.solid(radius) for thread in threads], manifold3d.OpType.Add)
     return Hung(
         sculpture=sculpture,
         threads=threads,
@@ -186,7 +191,7 @@ def hang(
         shift=shift,
         plate=manifold3d.Manifold.batch_boolean([block, *holes], manifold3d.OpType.Subtract),
         plate_mm=edges,
-        images=_seen(whole, sculpture, first),
+        images=_seen(rods, sculpture, first),
         thread_mm=thread_mm,
     )
 
@@ -218,12 +223,35 @@ def _plate_height(sculpture: Sculpture, first: np.ndarray, low: np.ndarray, high
     raise InputError("no plate stays above all pictures; give level views")
 
 
-def _seen(whole: manifold3d.Manifold, sculpture: Sculpture, first: np.ndarray) -> np.ndarray:
-    """`(K, H, H)` bool: what the views see of objects and threads, from where pictures begin."""
-    mesh, found = whole.to_mesh64(), []
-    body = make_body("hung", np.array(mesh.vert_properties)[:, :3], np.array(mesh.tri_verts))
-    for camera, begin in zip(sculpture.cameras, first, strict=True):
-        image = render_at_rest(body, Views([camera]), sculpture.hull.shape[-1]).numpy()[0] > 0.5
-        image[:begin] = False
-        found.append(image)
-    return np.stack(found)
+def _beside(cameras: Sequence[Camera], dark: np.ndarray, first: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """`(P,)` in how many views points `(P, 3)` lie beside what is `dark` `(K, H, H)`, below the rows `first` `(K,)`
+    where pictures begin."""
+    size, count = dark.shape[-1], np.zeros(len(points), int)
+    for camera, picture, begin in zip(cameras, dark, first, strict=True):
+        row, column = camera.pixels(points, size)
+        within = (row >= begin) & (row < size) & (column >= 0) & (column < size)
+        count += within & ~picture[row.clip(0, size - 1), column.clip(0, size - 1)]
+    return count
+
+
+def _seen(rods: manifold3d.Manifold, sculpture: Sculpture, first: np.ndarray) -> np.ndarray:
+    """`(K, H, H)` in [0, 1]: what the views see of objects and threads, from where pictures begin; of a pixel beside
+    the objects the share that threads cover."""
+    mesh, images = rods.to_mesh64(), (sculpture.images > 0.5).astype(np.float64)
+    if not len(mesh.tri_verts):
+        return images
+    body = make_body("threads", np.array(mesh.vert_properties)[:, :3], np.array(mesh.tri_verts))
+    outlines, turn, place = Outlines([body]), torch.eye(3)[None], torch.from_numpy(body.centre[None]).float()
+    size = images.shape[-1]
+    finer = max(1, FINE_PIXELS // size)
+    for camera, begin, image in zip(sculpture.cameras, first, images, strict=True):
+        fine = mask(outlines, turn, place, Views([camera]), finer * size).numpy()[0]
+        threads = fine.reshape(size, finer, size, finer).mean((1, 3))
+        image[begin:] = np.maximum(image, threads)[begin:]
+        image[:begin] = 0
+    return images
+
+
+def _alike(images: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """`(K,)` intersection over union, of shares of pixels in the one `(K, H, H)`."""
+    return np.minimum(images, others).sum((1, 2)) / np.maximum(images, others).sum((1, 2))

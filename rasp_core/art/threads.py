@@ -8,8 +8,9 @@ middle. Two threads keep it from turning about them, one does not.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import manifold3d
 import numpy as np
@@ -23,11 +24,14 @@ DIRECTIONS = 24  # of the line from one thread to the other, over half a turn
 DISTANCES = 16  # of an object's radius: places for a thread along such a line, to either side
 STEEPEST = 0.1  # least height of the normal where a thread is fixed, of a normal that points straight up
 ROUND = 12  # sides of a thread
+NO_LENGTH = 0.01  # of its radius: a thread that is shorter joins what touches
 SKIN = 1e-5  # of an object's radius: a thread is followed up from so far above it
 HELD_ABOVE = 0.02  # of an object's radius: how far above the middle of the weight its threads hold it, at least
 BELOW_OTHERS = 0.5  # times as good: a thread that ends at another object
+HARDLY_SEEN = 0.1  # of an object's radius: less that is seen of two threads is no matter
+LOOKED_AT = 24  # places along a thread, where it may be seen
 ORDERS = 6  # in which bodies are hung, at most
-TRIED = 40  # pairs of threads of an object, the best first, that are proven to cross nothing
+TRIED = 40  # pairs of threads of an object, the best first, that are proven to cross nothing; then a single one
 
 
 @dataclass(frozen=True)
@@ -51,16 +55,35 @@ class Thread:
         return float(self.high[2] - self.low[2])
 
     def solid(self, radius: float) -> manifold3d.Manifold:
-        """As a rod."""
+        """As a rod; nothing where it has hardly a length."""
+        if self.length < NO_LENGTH * radius:
+            return manifold3d.Manifold()
         return manifold3d.Manifold.cylinder(self.length, radius, circular_segments=ROUND).translate(self.low)
 
 
+class End(NamedTuple):
+    """Where a thread may begin and end, as `Thread` has it, and how many metres of it are seen, of all views."""
+
+    low: np.ndarray
+    high: np.ndarray
+    above: int | None
+    seen: float
+
+
 def find_threads(
-    bodies: Sequence[Body], matrices: np.ndarray, top: float, radius: float
+    bodies: Sequence[Body],
+    matrices: np.ndarray,
+    top: float,
+    radius: float,
+    seen: Callable[[np.ndarray], np.ndarray] | None = None,
 ) -> tuple[list[Thread], list[int]]:
     """Threads of a radius for all bodies, placed by `matrices` `(N, 4, 4)` (file coordinates to the world), from a
-    plate whose underside is at height `top`, metres; and the numbers of bodies that none in balance hold."""
-    search, first, alone = _Search(bodies, matrices, top, radius), [], []
+    plate whose underside is at height `top`, metres; and the numbers of bodies that none in balance hold.
+
+    seen : in how many views points `(P, 3)` would be seen, `(P,)`; in none if None. What is seen less is better.
+    """
+    seen = (lambda points: np.zeros(len(points))) if seen is None else seen
+    search, first, alone = _Search(bodies, matrices, top, radius, seen), [], []
     for _ in range(ORDERS):
         first = [*alone, *(i for i in first if i not in alone)]
         alone = search.run(first)
@@ -73,8 +96,8 @@ class _Search:
     """Threads so far. What hangs on a body has to be known before the body hangs itself: the lowest come first, but for
     those that found nothing when others had hung before."""
 
-    def __init__(self, bodies: Sequence[Body], matrices: np.ndarray, top: float, radius: float) -> None:
-        self.top, self.radius = top, radius
+    def __init__(self, bodies: Sequence[Body], matrices: np.ndarray, top: float, radius: float, seen: Callable) -> None:
+        self.top, self.radius, self.seen = top, radius, seen
         self.solids = [placed_solid(body, matrix) for body, matrix in zip(bodies, matrices, strict=True)]
         meshes = [trimesh.Trimesh(*_mesh_of(solid), process=False) for solid in self.solids]
         self.reach = [float(np.ptp(mesh.vertices, axis=0).max()) for mesh in meshes]
@@ -95,7 +118,7 @@ class _Search:
     def hang(self, i: int) -> bool:
         """Threads for body i; False if none hold it."""
         self.done.add(i)
-        for threads in self._pairs(i)[:TRIED]:
+        for threads in self._held(i):
             if all(self._crosses_nothing(thread) for thread in threads):
                 for thread in threads:
                     self._carry(thread)
@@ -111,8 +134,8 @@ class _Search:
             self.middle[j] = (self.load[j] * self.middle[j] + thread.load * thread.high) / whole
             self.load[j] = whole
 
-    def _pairs(self, i: int) -> list[list[Thread]]:
-        """Two threads each that hold body i in balance, the best first; then single ones."""
+    def _held(self, i: int) -> list[list[Thread]]:
+        """Two threads each that hold body i in balance, the best first; then a single one."""
         angles = np.pi * np.arange(DIRECTIONS) / DIRECTIONS
         steps = np.arange(-DISTANCES, DISTANCES + 1) / DISTANCES * self.reach[i]
         lines = np.stack([np.cos(angles), np.sin(angles)], 1)[:, None] * steps[:, None]
@@ -123,30 +146,30 @@ class _Search:
             for a in (k for k in at if k < DISTANCES):
                 for b in (k for k in at if k > DISTANCES):
                     found.append(self._pair(i, at[a], at[b], abs(steps[a]), abs(steps[b])))
-        single = [self._single(i, places[0][DISTANCES])]
-        pairs = sorted((one for one in found if one is not None), key=lambda one: -one[0])
-        return [threads for _, threads in [*pairs, *(one for one in single if one is not None)]]
+        pairs = sorted((one for one in found if one is not None), key=lambda one: -one[0])[:TRIED]
+        return [*(threads for _, threads in pairs), *self._single(i, places[0][DISTANCES])]
 
-    def _pair(self, i: int, first: tuple, second: tuple, to_first: float, to_second: float):
+    def _pair(
+        self, i: int, first: End, second: End, to_first: float, to_second: float
+    ) -> tuple[float, list[Thread]] | None:
         """How good two threads are, and these; None if they hold the body too low."""
         share = to_second / (to_first + to_second)  # of the load on the first
-        held_at = share * first[0][2] + (1 - share) * second[0][2]
+        held_at = share * first.low[2] + (1 - share) * second.low[2]
         if held_at < self.middle[i, 2] + HELD_ABOVE * self.reach[i]:
             return None
         threads = [
-            Thread(i, above, low, high, self.load[i] * part)
-            for (low, high, above), part in zip((first, second), (share, 1 - share), strict=True)
+            Thread(i, end.above, end.low, end.high, self.load[i] * part)
+            for end, part in ((first, share), (second, 1 - share))
         ]
         good = min(to_first, to_second) * np.prod([BELOW_OTHERS if t.above is not None else 1.0 for t in threads])
-        return good, threads
+        return good / (HARDLY_SEEN * self.reach[i] + first.seen + second.seen), threads
 
-    def _single(self, i: int, end: tuple | None):
-        if end is None or end[0][2] < self.middle[i, 2] + HELD_ABOVE * self.reach[i]:
-            return None
-        low, high, above = end
-        return 0.0, [Thread(i, above, low, high, self.load[i])]
+    def _single(self, i: int, end: End | None) -> list[list[Thread]]:
+        if end is None or end.low[2] < self.middle[i, 2] + HELD_ABOVE * self.reach[i]:
+            return []
+        return [[Thread(i, end.above, end.low, end.high, self.load[i])]]
 
-    def _ends(self, i: int, places: np.ndarray) -> list[tuple[np.ndarray, np.ndarray, int | None] | None]:
+    def _ends(self, i: int, places: np.ndarray) -> list[End | None]:
         """For each of places `(P, 2)` in plan: where a thread is fixed on body i, where it ends, and at which body;
         None where there is none."""
         tensor, clear = o3d.load().core.Tensor, SKIN * self.reach[i]
@@ -171,8 +194,18 @@ class _Search:
             # what it touches, and so begins in by a hair, it ends at
             length = clear + distance[k] if from_below[k] else 0.0
             high = self.top if open_above else low[2] + length
-            found.append((low, np.array([low[0], low[1], high]), above))
+            found.append(End(low, np.array([low[0], low[1], high]), above, 0.0))
+        there = [k for k, end in enumerate(found) if end is not None]
+        for k, seen in zip(there, self._seen([found[k] for k in there]), strict=True):
+            found[k] = found[k]._replace(seen=float(seen))
         return found
+
+    def _seen(self, ends: Sequence[End]) -> np.ndarray:
+        """`(E,)` metres of threads that are seen."""
+        along = (np.arange(LOOKED_AT) + 0.5)[:, None] / LOOKED_AT
+        points = np.concatenate([np.zeros((0, 3)), *(end.low + along * (end.high - end.low) for end in ends)])
+        lengths = np.array([end.high[2] - end.low[2] for end in ends])
+        return self.seen(points).reshape(-1, LOOKED_AT).mean(1) * lengths
 
     def _crosses_nothing(self, thread: Thread) -> bool:
         """By exact booleans, but for the two that it joins; and whether it keeps clear of other threads."""

@@ -185,7 +185,7 @@ def _parser() -> _Parser:
     made.add_argument("--hang", action="store_true", help="also threads to hang it by: hung.3mf, threads.csv")
     art.add_argument("--printer", metavar="X,Y,Z", help="its volume in mm, which is filled (default: 200,200,200)")
     art.add_argument("--thickness", type=float, metavar="MM", help="of struts and joints, at least (default: 2)")
-    art.add_argument("--thread", type=float, metavar="MM", help="how thick threads are (default: 0.3)")
+    art.add_argument("--thread", type=float, metavar="MM", help="how thick threads are (default: 0.2)")
     art.add_argument("--pictures", action="store_true", help="also installation.png, turntable.gif, heap.html")
     art.add_argument("--seed", type=_seed, default=0)
     art.add_argument("--device", default="auto", help="auto, cpu, cuda, cuda:1, mps (default: auto)")

@@ -17,6 +17,7 @@ KICK = 0.005  # metres a second by which each begins to move, in a heap that is 
 SPIN = 0.05  # radians a second by which each begins to turn
 DAMPING = 1.0  # a second: how fast they slow down
 STRETCH_SECONDS = 0.004  # in which a thread gives way; MuJoCo wants at least two steps
+SHORTEST = 1e-4  # metres, of a thread: where what touches is joined
 MOST_MOVED = 0.01  # of the heap's width, by a solid that stays
 MOST_TURNED_DEG = 2.0
 
@@ -115,7 +116,7 @@ def _model(solids: Sequence[manifold3d.Manifold], threads: Sequence[Thread], sca
         else:
             bodies[above].add_site(name=f"high {number}", pos=high - middles[above])
         tendon = spec.add_tendon(name=f"thread {number}")
-        tendon.limited, tendon.range = True, [0, np.linalg.norm(high - low)]
+        tendon.limited, tendon.range = True, [0, max(float(np.linalg.norm(high - low)), SHORTEST)]
         tendon.solref_limit = [STRETCH_SECONDS, 1.0]
         tendon.wrap_site(f"low {number}")
         tendon.wrap_site(f"high {number}")

@@ -66,6 +66,13 @@ def test_a_cube_hangs_by_two_threads_from_the_plate():
     assert np.linalg.norm(threads[0].low - threads[1].low) > 0.15, "wide apart"
 
 
+def test_threads_go_where_they_are_not_seen_if_they_can():
+    bodies, matrices = cubes(0.2), at((0.0, 0.0, 0.0))
+    threads, _ = find_threads(bodies, matrices, 0.5, RADIUS, lambda points: np.abs(points[:, 0]) > 0.02)
+    assert [thread.low[0] for thread in threads] == pytest.approx([0, 0], abs=0.02)
+    assert np.linalg.norm(threads[0].low - threads[1].low) > 0.1, "wide apart in the other direction"
+
+
 def test_what_is_below_another_hangs_from_it_and_both_are_in_balance():
     bodies, matrices = cubes(0.1, (0.4, 0.4, 0.1)), at((0.12, 0.1, 0.0), (0.0, 0.0, 0.3))
     threads, alone = find_threads(bodies, matrices, 0.5, RADIUS)

@@ -48,6 +48,13 @@ def test_what_hangs_from_another_counts():
     assert not swing([below, plank], [*near, *hanging], 1.0).stays, "it tips where the load is outside"
 
 
+def test_what_touches_may_be_joined_by_threads_of_no_length():
+    below = CUBE.translate([0, 0, -0.2])
+    held = [thread((side, 0, 0.1)) for side in (-0.08, 0.08)]
+    joined = [thread((side, 0, -0.1), 0.0, 1, 0) for side in (-0.08, 0.08)]
+    assert swing([CUBE, below], [*held, *joined], 1.0).stays
+
+
 def test_seconds_are_positive():
     with pytest.raises(InputError, match="must be positive, got 0"):
         swing([CUBE], [thread((0, 0, 0.1))], 1.0, seconds=0)
