@@ -21,14 +21,14 @@ from ..geometry.meshes import Body
 from ..util import o3d
 
 DIRECTIONS = 24  # of the line from one thread to the other, over half a turn
-DISTANCES = 16  # of an object's radius: places for a thread along such a line, to either side
+DISTANCES = 16  # places for a thread along such a line, to either side, as far as the object's longest edge
 STEEPEST = 0.1  # least height of the normal where a thread is fixed, of a normal that points straight up
 ROUND = 12  # sides of a thread
 NO_LENGTH = 0.01  # of its radius: a thread that is shorter joins what touches
-SKIN = 1e-5  # of an object's radius: a thread is followed up from so far above it
-HELD_ABOVE = 0.02  # of an object's radius: how far above the middle of the weight its threads hold it, at least
+SKIN = 1e-5  # of an object's longest edge: a thread is followed up from so far above it
+HELD_ABOVE = 0.02  # of an object's longest edge: how far above the middle of the weight its threads hold it, at least
 BELOW_OTHERS = 0.5  # times as good: a thread that ends at another object
-HARDLY_SEEN = 0.1  # of an object's radius: less that is seen of two threads is no matter
+HARDLY_SEEN = 0.1  # of an object's longest edge: less that is seen of two threads is no matter
 LOOKED_AT = 24  # places along a thread, where it may be seen
 ORDERS = 6  # in which bodies are hung, at most
 TRIED = 40  # pairs of threads of an object, the best first, that are proven to cross nothing; then a single one

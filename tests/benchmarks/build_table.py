@@ -1,9 +1,10 @@
-"""Heaps made one piece each: closed, hidden struts, likeness with struts and base, standing; and seconds.
+"""Heaps made one piece each, or hung up: closed, hidden struts or threads, likeness with them, standing; and seconds.
 
-python tests/benchmarks/build_table.py [--cases C2 three ...] [--kitchen]
+python tests/benchmarks/build_table.py [--cases C2 three ...] [--kitchen] [--hang]
 
 Pairs of letters, and three pictures that are drawn (heart, star, moon); cartoons are the authors' pictures, fetched by
 registry. The STL is read back by trimesh, and likeness is judged by rays, above the base, not by the kit's renderer.
+With --hang the heap is put on threads instead.
 """
 
 import argparse
@@ -63,6 +64,7 @@ def main():
     cases = [*LETTERS, "three", "cartoons", "cartoons three"]
     parser.add_argument("--cases", nargs="+", default=[*LETTERS, "three"], choices=cases)
     parser.add_argument("--kitchen", action="store_true", help="the real Kitchen objects by registry")
+    parser.add_argument("--hang", action="store_true", help="on threads")
     parser.add_argument("--time-limit", type=float, default=120.0, help="seconds after which no other width is tried")
     options = parser.parse_args()
     pool = load_bodies(fetch_kitchen()) if options.kitchen else kitchen_like(120)
@@ -71,6 +73,10 @@ def main():
             folder = Path(place)
             heap = rasp.sculpt(pool, **asked(name, folder), time_limit=options.time_limit)
             began = time.monotonic()
+            if options.hang:
+                hung = heap.hang()
+                print(f"{name}: {hung.headline()}; {time.monotonic() - began:.0f} s", flush=True)
+                continue
             built = heap.build()
             seconds = time.monotonic() - began
             mesh = trimesh.load(built.save(folder / "run") / "built.stl")
