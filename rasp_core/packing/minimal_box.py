@@ -208,7 +208,7 @@ class _Search:
             self.least_before = self.best.least
             self.means.begin()
         self.means.improve(self.budget.spent)
-        if self.turns.over():
+        if self.turns.over(self.means.falling, self.means.seconds):
             self.means.end(self.budget.spent)
             changed = self.turns.next(np.log(self.least_before / self.best.least))
             self.least_before = self.best.least
@@ -224,8 +224,8 @@ class _Search:
 
     @property
     def full(self) -> bool:
-        """Nothing is left to gain."""
-        return self.best.least <= self.best.taken * (1 + TUNING.negligible_of_volume)
+        """Nothing is left to gain, or the time that is left is too short."""
+        return self.turns.left == 0 or self.best.least <= self.best.taken * (1 + TUNING.negligible_of_volume)
 
     def _note(self, edges: np.ndarray, density: float) -> None:
         self.rounds.append({"tries": self.budget.tries, "box": edges.tolist(), "density": density})

@@ -38,6 +38,8 @@ class Pressing:
     """A search under way. best : the smallest box so far, which it goes on from and replaces. ending : whether little
     time is left, so that the box is grown at any lower energy."""
 
+    falling, seconds = False, 0.0  # its turns are as long as they are, and end at once
+
     def __init__(self, best: BestBox, seed: int, ending: Callable[[], bool]) -> None:
         self.best, self.ending = best, ending
         self.search = GuidedLocalSearch(best.bodies, best.shape, np.random.default_rng(seed))

@@ -10,26 +10,32 @@ from ..util.budget import Budget
 
 TURNS = 10  # of all means together, in a budget
 END_AT = 0.97  # of the budget, the last one
+MOST_NEEDED = 0.15  # of the budget, to end the last one
 
 
 class Turns:
-    """Of these means, in a budget.
+    """Of these means, in a budget, of which all turns that are left have an equal part.
 
     now : which has its turn, the first one at first, None if there are none. gains : of each in its last turn, infinite
-    before that.
+    before that. left : turns; 0 where the budget has none any more.
     """
 
     def __init__(self, means: Sequence[str], budget: Budget) -> None:
-        self.budget, self.now, self.turn = budget, next(iter(means), None), 1
+        self.budget, self.now, self.left = budget, next(iter(means), None), TURNS
+        self.until, self.last = END_AT / TURNS, END_AT
         self.gains = dict.fromkeys(means, np.inf)
 
-    def over(self) -> bool:
-        """Whether the present turn is."""
-        return self.budget.over(END_AT * self.turn / TURNS)
+    def over(self, going: bool = False, needed: float = 0.0) -> bool:
+        """Whether the present turn is. going : it goes on as long as there is time, for it gains now. needed : seconds
+        that its end takes."""
+        self.last = END_AT - min(self.budget.seconds(needed), MOST_NEEDED)
+        return self.budget.over(self.last if going else min(self.until, self.last))
 
     def next(self, gained: float) -> bool:
         """The next turn, after one that `gained` so much; whether it is another's."""
-        self.gains[self.now], self.turn = gained, self.turn + 1
+        self.gains[self.now], self.left = gained, self.left - 1
+        self.left = 0 if self.budget.over(self.last) else max(self.left, 1)
+        self.until = self.budget.used + (END_AT - self.budget.used) / max(self.left, 1)
         best = max((means for means in self.gains if means != self.now), key=self.gains.get, default=self.now)
         changed = best != self.now and self.gains[best] >= gained
         self.now = best if changed else self.now

@@ -18,6 +18,16 @@ class Budget:
             raise InputError(f"effort must not be negative, got {effort}")
         self.began, self.time_limit, self.effort, self.tries = time.monotonic(), time_limit, effort, 0
 
+    @property
+    def used(self) -> float:
+        """The fraction of the time or of the tries that is used up, the larger; 0 without limits."""
+        by_time = 0.0 if not self.time_limit else (time.monotonic() - self.began) / self.time_limit
+        return max(by_time, 0.0 if not self.effort else self.tries / self.effort)
+
+    def seconds(self, seconds: float) -> float:
+        """The fraction of the time that so many seconds are; 0 without a limit."""
+        return seconds / self.time_limit if self.time_limit else 0.0
+
     def spent(self, fraction: float = 1.0) -> bool:
         """True where a fraction of the time is over."""
         return self.time_limit is not None and time.monotonic() - self.began > fraction * self.time_limit

@@ -7,7 +7,7 @@ import trimesh
 
 from rasp_core.geometry.containers import FreeBox, box
 from rasp_core.geometry.meshes import make_body, unique_names
-from rasp_core.packing.shrinking import Shrinking
+from rasp_core.packing.shrinking import FALLING, Shrinking
 from rasp_core.poses import Poses
 
 
@@ -51,6 +51,16 @@ def test_eight_cubes_come_to_two_layers():
     shrinking.end(in_time)
     assert min(compacted.edges[2] for compacted in found) == pytest.approx(0.2, abs=1e-3)
     assert all(compacted.overlap < 1e-3 for compacted in found)
+
+
+def test_it_falls_while_boxes_get_smaller():
+    shrinking, _ = begun(Loose(True, 1.0))
+    assert shrinking.falling
+    shrinking.descent.improve = lambda: None
+    for _ in range(FALLING):
+        shrinking.improve(in_time)
+    assert not shrinking.falling
+    assert shrinking.seconds == 0
 
 
 def test_what_does_not_hold_is_tried_in_the_box_before():

@@ -2,7 +2,7 @@
 
 import pytest
 
-from rasp_core.packing.turns import END_AT, TURNS, Turns
+from rasp_core.packing.turns import END_AT, MOST_NEEDED, TURNS, Turns
 from rasp_core.util.budget import Budget
 
 
@@ -23,16 +23,41 @@ def test_each_has_a_turn_then_the_one_that_gained_more(turns):
     assert turns.now == "other"
 
 
-def test_turns_share_the_budget_out(turns):
+def ends_of(turns, **asked):
+    """The tries at which turns end, all of which gain nothing."""
     ends = []
     for turns.budget.tries in range(100 * TURNS):
-        if turns.over():
+        if turns.over(**asked):
             ends.append(turns.budget.tries)
             turns.next(0.0)
-    assert ends == pytest.approx([END_AT * 100 * (k + 1) for k in range(TURNS)], abs=1)
+            if not turns.left:
+                break
+    return ends
+
+
+def test_turns_share_the_budget_out(turns):
+    assert ends_of(turns) == pytest.approx([END_AT * 100 * (k + 1) for k in range(TURNS)], abs=1)
+
+
+def test_after_a_long_turn_the_others_share_what_is_left(turns):
+    turns.budget.tries = 520
+    assert turns.over()
+    turns.next(1.0)
+    assert turns.until == pytest.approx(0.52 + (END_AT - 0.52) / (TURNS - 1))
+
+
+def test_one_that_gains_goes_on_until_the_end(turns):
+    assert ends_of(turns, going=True) == [END_AT * 100 * TURNS]
+
+
+def test_what_an_end_needs_is_kept():
+    turns = Turns(["one"], Budget(time_limit=1000))
+    for needed, last in ((0, END_AT), (50, END_AT - 0.05), (900, END_AT - MOST_NEEDED)):
+        turns.over(needed=needed)
+        assert turns.last == pytest.approx(last)
 
 
 def test_one_means_alone_goes_on():
     turns = Turns(["one"], Budget(effort=10))
     assert not turns.next(0.0)
-    assert (turns.now, turns.turn) == ("one", 2)
+    assert (turns.now, turns.left) == ("one", TURNS - 1)

@@ -31,8 +31,20 @@ def test_time_ends_it(monkeypatch):
     assert seconds.over()
 
 
+def test_what_is_used_is_the_larger_part(monkeypatch):
+    monkeypatch.setattr(budget.time, "monotonic", lambda: 100.0)
+    both = Budget(time_limit=10, effort=100)
+    both.tries = 20
+    monkeypatch.setattr(budget.time, "monotonic", lambda: 101.0)
+    assert both.used == pytest.approx(0.2)
+    monkeypatch.setattr(budget.time, "monotonic", lambda: 105.0)
+    assert both.used == pytest.approx(0.5)
+    assert both.seconds(3) == pytest.approx(0.3)
+
+
 def test_without_limits_it_never_ends():
     assert not Budget().over()
+    assert Budget().used == Budget().seconds(3) == 0
 
 
 def test_a_negative_effort_is_refused():
