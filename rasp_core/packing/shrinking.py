@@ -18,8 +18,7 @@ class Shrinking:
     """A search under way, in voxels of an edge in metres.
 
     best : the smallest box so far, which it goes on from and replaces. separable : as `VoxelSearch` has it. free : the
-    boxes of voxels in which nothing was shared, smaller and smaller, that are not compacted yet. seconds : that
-    compacting took the last time.
+    boxes of voxels in which nothing was shared, smaller and smaller, that are not compacted yet.
     """
 
     def __init__(self, best: BestBox, voxel: float, seed: int, separable: bool = False) -> None:
@@ -27,7 +26,7 @@ class Shrinking:
         self.descent = VoxelDescent(best.bodies, best.shape, voxel, seed, separable)
         self.compaction = Compaction(best.bodies, best.shape)
         self.free: list[Boxed] = []
-        self.waited, self.seconds = 0, 0.0
+        self.waited, self.took = 0, 0.0
 
     def begin(self) -> None:
         """From the best packing so far."""
@@ -45,6 +44,11 @@ class Shrinking:
             self.descent.disrupt(self._start)
 
     @property
+    def seconds(self) -> float:
+        """What `end` takes, by the last time that there was something to compact."""
+        return self.took if self.free else 0.0
+
+    @property
     def falling(self) -> bool:
         """Whether boxes still get smaller, which costs less than to compact one."""
         return self.waited < FALLING
@@ -58,7 +62,7 @@ class Shrinking:
             if np.prod(free.edges) > self.best.least:
                 break
             compacted = self.compaction.run(*free, late)
-            self.seconds = time.monotonic() - began
+            self.took = time.monotonic() - began
             if self.best.hold(compacted.poses, compacted.edges):
                 break
 

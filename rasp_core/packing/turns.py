@@ -22,19 +22,19 @@ class Turns:
 
     def __init__(self, means: Sequence[str], budget: Budget) -> None:
         self.budget, self.now, self.left = budget, next(iter(means), None), TURNS
-        self.until, self.last = END_AT / TURNS, END_AT
+        self.until = END_AT / TURNS
         self.gains = dict.fromkeys(means, np.inf)
 
     def over(self, going: bool = False, needed: float = 0.0) -> bool:
         """Whether the present turn is. going : it goes on as long as there is time, for it gains now. needed : seconds
         that its end takes."""
-        self.last = END_AT - min(self.budget.seconds(needed), MOST_NEEDED)
-        return self.budget.over(self.last if going else min(self.until, self.last))
+        last = END_AT - min(self.budget.seconds(needed), MOST_NEEDED)
+        return self.budget.over(last if going else min(self.until, last))
 
     def next(self, gained: float) -> bool:
         """The next turn, after one that `gained` so much; whether it is another's."""
         self.gains[self.now], self.left = gained, self.left - 1
-        self.left = 0 if self.budget.over(self.last) else max(self.left, 1)
+        self.left = 0 if self.budget.over(END_AT) else max(self.left, 1)
         self.until = self.budget.used + (END_AT - self.budget.used) / max(self.left, 1)
         best = max((means for means in self.gains if means != self.now), key=self.gains.get, default=self.now)
         changed = best != self.now and self.gains[best] >= gained

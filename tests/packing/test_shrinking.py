@@ -60,7 +60,17 @@ def test_it_falls_while_boxes_get_smaller():
     for _ in range(FALLING):
         shrinking.improve(in_time)
     assert not shrinking.falling
+
+
+def test_it_knows_how_long_compacting_takes():
+    shrinking, _ = begun(Loose(True, 1.0))
     assert shrinking.seconds == 0
+    while len(shrinking.free) < 2:
+        shrinking.improve(in_time)
+    shrinking.end(in_time)
+    assert shrinking.seconds > 0
+    shrinking.free.clear()
+    assert shrinking.seconds == 0, "nothing is to be compacted"
 
 
 def test_what_does_not_hold_is_tried_in_the_box_before():

@@ -3,6 +3,7 @@
 import pytest
 
 from rasp_core.packing.turns import END_AT, MOST_NEEDED, TURNS, Turns
+from rasp_core.util import budget
 from rasp_core.util.budget import Budget
 
 
@@ -50,11 +51,13 @@ def test_one_that_gains_goes_on_until_the_end(turns):
     assert ends_of(turns, going=True) == [END_AT * 100 * TURNS]
 
 
-def test_what_an_end_needs_is_kept():
-    turns = Turns(["one"], Budget(time_limit=1000))
-    for needed, last in ((0, END_AT), (50, END_AT - 0.05), (900, END_AT - MOST_NEEDED)):
-        turns.over(needed=needed)
-        assert turns.last == pytest.approx(last)
+@pytest.mark.parametrize(("needed", "last"), [(0.0, END_AT), (50.0, END_AT - 0.05), (900.0, END_AT - MOST_NEEDED)])
+def test_what_an_end_needs_is_kept(monkeypatch, needed, last):
+    now = [0.0]
+    monkeypatch.setattr(budget.time, "monotonic", lambda: now[0])
+    turns = Turns(["one"], Budget(time_limit=1000.0))
+    for now[0], over in ((1000 * last - 1, False), (1000 * last + 1, True)):
+        assert turns.over(going=True, needed=needed) == over
 
 
 def test_one_means_alone_goes_on():
