@@ -115,6 +115,13 @@ def test_the_command_makes_a_heap_for_each_place_in_words(squares, capsys):
         assert film.n_frames == 36
 
 
+def test_the_command_hangs_a_heap_up(squares, capsys):
+    limits = ["--resolution", "64", "--width", "0.4", "--count", "3", "--out", str(squares / "hung")]
+    assert main(["art", str(squares / "objects"), "--text", "I", "1", *limits, "--hang", "--thread", "0.1"]) == 0
+    assert "hung.3mf: 3 objects on 6 threads of 0.1 mm" in capsys.readouterr().out
+    assert {"hung.3mf", "threads.csv"} <= {path.name for path in (squares / "hung").iterdir()}
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -132,8 +139,12 @@ def test_the_command_makes_a_heap_for_each_place_in_words(squares, capsys):
         (["--text", "A", "B", "--count", "0"], "needs at least one object, got a count of 0"),
         (["--text", "A", "B", "--time-limit", "0"], "--time-limit must be positive"),
         (["--text", "A", "B", "--width", "-1"], "width must be positive"),
-        (["--text", "A", "B", "--thickness", "1"], "are of a piece to build; add --build"),
+        (["--text", "A", "B", "--thickness", "1"], "--thickness is of a piece to build; add --build"),
         (["--text", "A", "B", "--build", "--printer", "9,9,0"], "three positive lengths in mm"),
+        (
+            ["--text", "A", "B", "--hang", "--thread", "9"],
+            "threads must be thicker than 0 and thinner than a hundredth",
+        ),
     ],
 )
 def test_the_command_refuses_in_one_line(squares, monkeypatch, capsys, arguments, message):

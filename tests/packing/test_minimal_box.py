@@ -12,6 +12,7 @@ from rasp_core.geometry.containers import FreeBox, parse
 from rasp_core.geometry.meshes import make_body, unique_names
 from rasp_core.packing import minimal_box
 from rasp_core.packing.methods import search
+from rasp_core.packing.shrinking import FALLING
 from rasp_core.problem import Settings
 from rasp_core.util.budget import Budget
 from rasp_core.util.errors import InputError
@@ -88,6 +89,10 @@ def test_a_means_that_has_its_turn_begins_from_the_best():
     for means in (search.shrinking, search.pressing):
         means.begin = lambda means=means: begun.append(means)
         means.improve = means.end = lambda late: None
+    for _ in range(2):
+        search.improve()
+    assert begun == [search.shrinking], "boxes of voxels still fall"
+    search.shrinking.waited = FALLING
     for _ in range(4):
         search.improve()
     assert begun[:4] == [search.shrinking, search.pressing, search.shrinking, search.pressing], "none gains"
