@@ -7,43 +7,15 @@ import numpy as np
 import pytest
 import torch
 import trimesh
+from heaps import SIDES, SIZE, heap
 from manifold3d import Manifold
 from oracles import cast_mask
 
 from rasp_core.art import hanging
-from rasp_core.art.ceiling import hull_silhouettes
 from rasp_core.art.hanging import PLATE_MM, RIM_MM, check_thread, hang
-from rasp_core.art.sculpture import Sculpture
-from rasp_core.exact.certificate import certify
 from rasp_core.geometry.cameras import Camera
-from rasp_core.geometry.containers import box
-from rasp_core.geometry.meshes import make_body, unique_names
-from rasp_core.optimizer import Arrangement
-from rasp_core.problem import Problem, Settings
+from rasp_core.geometry.meshes import make_body
 from rasp_core.util.errors import InputError
-
-SIZE = 128
-SIDES = [Camera(0, 0, 1.0), Camera(90, 0, 1.0)]
-
-
-def heap(places, cameras=SIDES, mesh=None):
-    """A sculpture of cubes of edge 0.2, or of a mesh, at places; its pictures are what they show."""
-    mesh = trimesh.creation.box([0.2] * 3) if mesh is None else mesh
-    bodies = unique_names([make_body("cube", mesh.vertices, mesh.faces)] * len(places))
-    turns, shifts = torch.eye(3, dtype=torch.float64).repeat(len(places), 1, 1), torch.tensor(np.array(places))
-    pictures = np.stack([cast_mask(bodies, turns, shifts, camera, SIZE) for camera in cameras])
-    run = Arrangement(
-        problem=Problem(bodies, box([1.0] * 3), cameras, pictures.astype(np.float32)),
-        settings=Settings(),
-        rotation=turns,
-        translation=shifts,
-        images=pictures.astype(np.float32),
-        targets=pictures.astype(np.float32),
-        cameras=cameras,
-        history=np.zeros((0, 5)),
-    )
-    hull = hull_silhouettes(pictures, cameras)
-    return Sculpture(run, certify(bodies, run.matrices, run.problem.container), pictures, hull, rounds=[])
 
 
 @pytest.fixture(scope="module")
@@ -128,7 +100,7 @@ def test_one_thread_or_hardly_any_is_a_warning(pair):
 
 def test_a_view_from_above_has_no_place_for_a_plate():
     with pytest.raises(InputError, match="no plate stays above all pictures; give level views"):
-        hang(heap([(0, 0, 0)], [Camera(0, 0, 1.0), Camera(0, 90, 1.0)]))
+        hang(heap([(0, 0, 0)], cameras=[Camera(0, 0, 1.0), Camera(0, 90, 1.0)]))
 
 
 def test_a_plate_is_no_larger_than_the_printer(pair):
