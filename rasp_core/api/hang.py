@@ -78,7 +78,8 @@ class HungResult:
         true = np.diag([1 / scale] * 3 + [1.0])
         true[:3, 3] = -shift / scale
         radius = max(found.thread_mm, SHOWN_MM) / 2 / found.scale
-        rods = [body_of(f"thread {k}", thread.solid(radius)) for k, thread in enumerate(found.threads, 1)]
+        solids = [thread.solid(radius) for thread in found.threads]
+        rods = [body_of(f"thread {k}", solid) for k, solid in enumerate(solids, 1) if not solid.is_empty()]
         plate = body_of("plate", found.plate.scale([1 / MILLIMETRES] * 3))
         others = np.stack([true, *[np.eye(4)] * len(rods)])
         return [*self.heap.bodies, plate, *rods], np.concatenate([self.heap.matrices, others])

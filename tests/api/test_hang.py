@@ -1,6 +1,7 @@
 """A heap on threads, at the door: shown, described, saved with its run."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -47,6 +48,13 @@ def test_the_objects_and_the_plate_lie_in_the_file_where_they_hang(heap, tmp_pat
     assert np.min([mesh.bounds[0] for mesh in objects], axis=0) == pytest.approx(low, abs=1e-3)
     assert np.max([mesh.bounds[1] for mesh in objects], axis=0) == pytest.approx(high, abs=1e-3)
     assert low[2] == pytest.approx(0, abs=1e-6)
+
+
+def test_threads_too_short_to_be_seen_are_not_drawn(heap):
+    hung = heap.hang()
+    short = replace(hung.hung.threads[0], high=hung.hung.threads[0].low)
+    found = replace(hung, hung=replace(hung.hung, threads=[short, *hung.hung.threads[1:]]))
+    assert len(found.shown[0]) == len(hung.shown[0]) - 1
 
 
 def test_what_does_not_hang_still_is_said(heap):
