@@ -1,0 +1,40 @@
+"""As few boxes as are found for many objects of a pool, beside what their volumes ask for.
+
+python tests/benchmarks/boxes_table.py [--pool General] [--count 100] [--edge 0.2] [--seconds 1000] [--seed 0]
+
+The pool's objects in turn, until there are so many, in cubes of an edge in metres; what fits into no cube is named.
+Asked for are at most the volume of what fits over 0.55 of a cube's, in boxes.
+"""
+
+import argparse
+import itertools
+
+import pools
+
+import rasp_core as rasp
+from rasp_core.geometry.meshes import unique_names
+
+ASKED = 0.55  # of all boxes together
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--pool", default="General", choices=pools.POOLS)
+    parser.add_argument("--count", type=int, default=100)
+    parser.add_argument("--edge", type=float, default=0.2)
+    parser.add_argument("--seconds", type=float, default=1000)
+    parser.add_argument("--seed", type=int, default=0)
+    options = parser.parse_args()
+    bodies = unique_names(list(itertools.islice(itertools.cycle(pools.POOLS[options.pool]()), options.count)))
+    box = rasp.box(*[options.edge] * 3)
+    found = rasp.pack_boxes(bodies, box, "dense", seed=options.seed, time_limit=options.seconds)
+    left = {body.name for body in found.left}
+    asked = sum(body.volume for body in bodies if body.name not in left) / box.volume / ASKED
+    densities = " ".join(f"{packed.density:.3f}" for packed in found)
+    print(f"{len(found)} boxes, at most {asked:.2f} are asked for; {'all' if found.certified else 'NOT all'} certified")
+    print(f"densities {densities}; {found.seconds:.0f} s")
+    print(f"in none, as they are too large: {', '.join(sorted(left)) or 'nothing'}")
+
+
+if __name__ == "__main__":
+    main()
