@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..art.hanging import Hung, hang
+from ..art.threads import surface_of
 from ..exact.placing import placed_solid
 from ..geometry.meshes import Body, make_body
 from ..io.exports import MILLIMETRES, PlacedPart, write_3mf
@@ -72,6 +73,12 @@ class HungResult:
         return {"hang": {**self.hung.to_dict(), "swinging": self.swinging.to_dict()}}
 
     @cached_property
+    def plate(self) -> Body:
+        """The plate with its holes, in metres, where the objects hang in print."""
+        vertices, faces = surface_of(self.hung.plate)
+        return make_body("plate", vertices / MILLIMETRES, faces)
+
+    @cached_property
     def shown(self) -> tuple[list[Body], np.ndarray]:
         """Objects, plate and threads, which are drawn thick enough to be seen, and where they are, in metres."""
         found, scale, shift = self.hung, self.hung.scale / MILLIMETRES, self.hung.shift / MILLIMETRES
@@ -79,10 +86,9 @@ class HungResult:
         true[:3, 3] = -shift / scale
         radius = max(found.thread_mm, SHOWN_MM) / 2 / found.scale
         solids = [thread.solid(radius) for thread in found.threads]
-        rods = [body_of(f"thread {k}", solid) for k, solid in enumerate(solids, 1) if not solid.is_empty()]
-        plate = body_of("plate", found.plate.scale([1 / MILLIMETRES] * 3))
+        rods = [make_body(f"thread {k}", *surface_of(rod)) for k, rod in enumerate(solids, 1) if not rod.is_empty()]
         others = np.stack([true, *[np.eye(4)] * len(rods)])
-        return [*self.heap.bodies, plate, *rods], np.concatenate([self.heap.matrices, others])
+        return [*self.heap.bodies, self.plate, *rods], np.concatenate([self.heap.matrices, others])
 
     def show(self, size: tuple[int, int] = (800, 700), **look) -> Image:
         """A picture in 3D. look : further arguments of `visualize.scene3d.Stage`, such as azimuth_deg."""
@@ -105,8 +111,7 @@ class HungResult:
             pose[:3, 3] = scale * (matrix[:3, :3] @ body.centre + matrix[:3, 3]) + shift
             solid = scale * body.solid_vertices, body.solid_faces
             parts.append(PlacedPart(body.name, body.source, body.digest, *solid, pose, pose))
-        plate = body_of("plate", self.hung.plate.scale([1 / MILLIMETRES] * 3))
-        place = np.eye(4)
+        plate, place = self.plate, np.eye(4)
         place[:3, 3] = plate.centre
         return [*parts, PlacedPart("plate", "", "plate", plate.solid_vertices, plate.solid_faces, place, place)]
 
@@ -117,9 +122,3 @@ class HungResult:
         from ..visualize.summary import picture_html, table_html
 
         return picture_html(*self.shown) + table_html(self.table())
-
-
-def body_of(name: str, solid) -> Body:
-    """A solid of exact booleans as a body."""
-    mesh = solid.to_mesh64()
-    return make_body(name, np.array(mesh.vert_properties)[:, :3], np.array(mesh.tri_verts, np.int64))

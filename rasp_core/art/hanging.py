@@ -25,7 +25,7 @@ from ..util.errors import InputError
 from .building import PRINTER_MM, printer_volume
 from .hiding import FARTHEST_WIDTHS
 from .sculpture import Sculpture
-from .threads import Thread, find_threads
+from .threads import Thread, find_threads, surface_of
 
 THREAD_MM = 0.2
 PLATE_MM = 4.0  # thick
@@ -237,10 +237,10 @@ def _beside(cameras: Sequence[Camera], dark: np.ndarray, first: np.ndarray, poin
 def _seen(rods: manifold3d.Manifold, sculpture: Sculpture, first: np.ndarray) -> np.ndarray:
     """`(K, H, H)` in [0, 1]: what the views see of objects and threads, from where pictures begin; of a pixel beside
     the objects the share that threads cover."""
-    mesh, images = rods.to_mesh64(), (sculpture.images > 0.5).astype(np.float64)
-    if not len(mesh.tri_verts):
+    images = (sculpture.images > 0.5).astype(np.float64)
+    if rods.is_empty():
         return images
-    body = make_body("threads", np.array(mesh.vert_properties)[:, :3], np.array(mesh.tri_verts))
+    body = make_body("threads", *surface_of(rods))
     outlines, turn, place = Outlines([body]), torch.eye(3)[None], torch.from_numpy(body.centre[None]).float()
     size = images.shape[-1]
     finer = max(1, FINE_PIXELS // size)

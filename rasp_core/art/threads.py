@@ -99,7 +99,7 @@ class _Search:
     def __init__(self, bodies: Sequence[Body], matrices: np.ndarray, top: float, radius: float, seen: Callable) -> None:
         self.top, self.radius, self.seen = top, radius, seen
         self.solids = [placed_solid(body, matrix) for body, matrix in zip(bodies, matrices, strict=True)]
-        meshes = [trimesh.Trimesh(*_mesh_of(solid), process=False) for solid in self.solids]
+        meshes = [trimesh.Trimesh(*surface_of(solid), process=False) for solid in self.solids]
         self.reach = [float(np.ptp(mesh.vertices, axis=0).max()) for mesh in meshes]
         surfaces = [(mesh.vertices, mesh.faces) for mesh in meshes]
         self.scene, self.scenes = o3d.caster(surfaces), [o3d.caster([surface]) for surface in surfaces]
@@ -154,8 +154,7 @@ class _Search:
     ) -> tuple[float, list[Thread]] | None:
         """How good two threads are, and these; None if they hold the body too low."""
         share = to_second / (to_first + to_second)  # of the load on the first
-        held_at = share * first.low[2] + (1 - share) * second.low[2]
-        if held_at < self.middle[i, 2] + HELD_ABOVE * self.reach[i]:
+        if self._too_low(i, share * first.low[2] + (1 - share) * second.low[2]):
             return None
         threads = [
             Thread(i, end.above, end.low, end.high, self.load[i] * part)
@@ -165,9 +164,13 @@ class _Search:
         return good / (HARDLY_SEEN * self.reach[i] + first.seen + second.seen), threads
 
     def _single(self, i: int, end: End | None) -> list[list[Thread]]:
-        if end is None or end.low[2] < self.middle[i, 2] + HELD_ABOVE * self.reach[i]:
+        if end is None or self._too_low(i, end.low[2]):
             return []
         return [[Thread(i, end.above, end.low, end.high, self.load[i])]]
+
+    def _too_low(self, i: int, height: float) -> bool:
+        """Whether body i turns over if threads hold it at a height over the middle of what it carries."""
+        return height < self.middle[i, 2] + HELD_ABOVE * self.reach[i]
 
     def _ends(self, i: int, places: np.ndarray) -> list[End | None]:
         """For each of places `(P, 2)` in plan: where a thread is fixed on body i, where it ends, and at which body;
@@ -224,6 +227,7 @@ class _Search:
         return True
 
 
-def _mesh_of(solid: manifold3d.Manifold) -> tuple[np.ndarray, np.ndarray]:
+def surface_of(solid: manifold3d.Manifold) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices `(V, 3)` and faces `(F, 3)`."""
     mesh = solid.to_mesh64()
     return np.array(mesh.vert_properties)[:, :3], np.array(mesh.tri_verts, np.int64)

@@ -33,12 +33,10 @@ class Thread(Protocol):
 
 @dataclass(frozen=True)
 class Swinging:
-    """Where solids are after the simulated seconds: moved, the furthest, of the heap's width; turned_deg, the most; and
-    which it was, by number."""
+    """Where solids are after the simulated seconds: moved, the furthest, of the heap's width; turned_deg, the most."""
 
     moved: float
     turned_deg: float
-    furthest: int
     seconds: float
 
     @property
@@ -85,7 +83,7 @@ def swing(
     poses = data.qpos.reshape(-1, 7)
     moved = np.linalg.norm(poses[:, :3] - start[:, :3], axis=1)
     turned = np.degrees(2 * np.arccos(np.clip(np.abs(poses[:, 3]), 0, 1)))
-    return Swinging(float(moved.max()), float(turned.max()), int(moved.argmax()), seconds)
+    return Swinging(float(moved.max()), float(turned.max()), seconds)
 
 
 def _model(solids: Sequence[manifold3d.Manifold], threads: Sequence[Thread], scale: float):

@@ -59,7 +59,7 @@ def test_threads_too_short_to_be_seen_are_not_drawn(heap):
 
 def test_what_does_not_hang_still_is_said(heap):
     hung = heap.hang()
-    turned = HungResult(heap, hung.hung, Swinging(0.2, 90.0, 0, 5.0))
+    turned = HungResult(heap, hung.hung, Swinging(0.2, 90.0, 5.0))
     assert not turned.holds
     assert turned.warnings[-1] == "does not hang still: an object turned by 90 degrees in 5 s"
 
