@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import torch
@@ -24,43 +25,55 @@ from .scored_poses import ScoredPose, best_first, distinct, stack, unstack
 
 @dataclass(frozen=True)
 class Round:
-    """Of a search: poses with the best scores that are kept, and drawn in by `steps`; reach, in spacings of points, and
-    the least cosine between normals, of crease points that match; points : of the piece that are looked at, all if
-    None."""
+    """Of a search: the best poses, `kept` at most, of which no two are nearer than apart_rad and apart_spacings, are
+    drawn in by `steps`; reach, in spacings of points, and the least cosine between normals, of crease points that
+    match; points : of the piece that are looked at, all if None."""
 
     kept: int
     steps: int
     reach: float
     cosine: float
     points: int | None = None
+    apart_rad: float = 0.1
+    apart_spacings: float = 2.0
 
 
 @dataclass(frozen=True)
 class MatchingSettings:
-    """points : spread over all pieces; their spacing is the unit of length. rounds : of the search by creases, the
-    first one with all poses. bend_rad : how far the bends of two creases may be from filling half a turn. tried :
-    crease points of each side from which poses are made, at most. deep_spacings : from where a point of the piece is
-    inside another; penalty : of such a point, in crease points. contact : how near, and with which cosine of normals, a
-    rough point lies on another piece, and its weight, in crease points. returned, apart : how many poses, and how
-    different they are. press : from where, at first and at last, and under which cosine of normals, surfaces are drawn
-    to each other; damping and the largest turn of a step keep that from running away.
+    """points : spread over all pieces, or piece_points for each piece if that is more; their spacing is the unit of
+    length. rounds : of the search by creases, the first one with all poses. bend_rad : how far the bends of two creases
+    may be from filling half a turn. tried : crease points of each side from which poses are made, at most.
+    deep_spacings : from where a point of the piece is inside another; penalty : of such a point, in crease points;
+    probes : points that are looked at for it, at most, and rough ones for contact. contact : how near, and with which
+    cosine of normals, a rough point lies on another piece, and its weight, in crease points. strip_spacings : how far
+    from a crease a face is looked at, to see whether it lies on another piece; a ledge is there if it does, the face
+    beyond the crease does not, and no crease of another piece is within ledge_spacings. ledge, early_ledge : what each
+    such point costs, in crease points, in the end and while pieces may still close it. returned, apart : how many
+    poses, and how different they are. press : from where, at first and at last, and under which cosine of normals,
+    surfaces are drawn to each other; damping and the largest turn of a step keep that from running away.
     """
 
     points: int = 16_000
+    piece_points: int = 6_000
     rounds: tuple[Round, ...] = (
-        Round(6000, 0, 4.0, 0.7, points=64),
+        Round(6000, 0, 4.0, 0.7, points=64, apart_rad=0.05, apart_spacings=1.0),
         Round(1000, 3, 4.0, 0.7),
-        Round(200, 5, 3.0, 0.75),
-        Round(80, 8, 2.0, 0.8),
+        Round(300, 5, 3.0, 0.75),
+        Round(120, 8, 2.0, 0.8),
     )
     bend_rad: float = 0.45
-    tried: int = 180
+    tried: int = 200
+    probes: int = 500
     deep_spacings: float = 1.0
     penalty: float = 0.1
     contact_spacings: float = 1.5
     contact_cosine: float = 0.8
     contact_weight: float = 0.15
-    returned: int = 10
+    strip_spacings: float = 2.0
+    ledge_spacings: float = 2.0
+    ledge: float = 1.5
+    early_ledge: float = 0.3
+    returned: int = 30
     apart_rad: float = 0.1
     apart_spacings: float = 4.0
     grid_cells: int = 64
@@ -76,16 +89,20 @@ SETTINGS = MatchingSettings()
 
 class Piece:
     """A body with points spread over its surface, their normals, its creases and its signed distance grid; all about
-    the body's centre."""
+    the body's centre. rough : numbers of the points on rough surface; probes, rough_probes : some of all, and of those,
+    by which it is judged in many poses. strips : see `creases.strips`."""
 
     def __init__(self, body: Body, spacing: float):
         self.body, self.spacing = body, spacing
         count = max(int(body.manifold.surface_area() / spacing**2), 50)
         self.points, self.normals = surface_points(body.solid_vertices, body.solid_faces, count)
         self.creases = finding.find_creases(self.points, self.normals, spacing)
+        self.strips = finding.strips(self.creases, SETTINGS.strip_spacings * spacing)
         self.rough = finding.rough_points(self.points, self.normals, spacing)
-        self.weight = float(self.creases.weights.max(1, initial=0).sum())  # the most that can coincide
-
+        self.probes, self.rough_probes = (
+            np.random.default_rng(0).permutation(chosen)[: SETTINGS.probes]
+            for chosen in (np.arange(len(self.points)), self.rough)
+        )
         self.grid = sdf.bake_cached(body, SETTINGS.grid_cells)
         self.target = Target([self], [ScoredPose(np.eye(3), np.zeros(3))])
 
@@ -111,30 +128,28 @@ class Target:
 
 def spacing_of(bodies: Sequence[Body]) -> float:
     """Metres between points of which `SETTINGS.points` are spread over all bodies."""
-    return float(np.sqrt(sum(body.manifold.surface_area() for body in bodies) / SETTINGS.points))
+    points = max(SETTINGS.points, SETTINGS.piece_points * len(bodies))
+    return float(np.sqrt(sum(body.manifold.surface_area() for body in bodies) / points))
 
 
 def find_poses(piece: Piece, target: Target, random: np.random.Generator) -> list[ScoredPose]:
     """Poses of a piece beside placed ones, the best first, no two the same. A score is the number of crease points that
     coincide, and of rough ones that touch, less a penalty for what lies within others."""
+    from ..kernels.distinct import distinct as distinct_rows
+
     rotation, translation = _single_point_poses(piece.creases, target.creases, random)
-    for k, step in enumerate(SETTINGS.rounds):
+    for step in SETTINGS.rounds:
         scores = matched(piece, target, rotation, translation, step)
-        best = np.argsort(-scores, kind="stable")[: step.kept]
+        best = np.argsort(-scores, kind="stable")[: np.count_nonzero(scores)]
         rotation, translation = rotation[best], translation[best]
-        if k > 1:
-            rotation, translation = _distinct(piece, rotation, translation, scores[best], step.kept)
+        gap = step.apart_spacings * piece.spacing
+        fresh = distinct_rows(rotation, translation, np.cos(step.apart_rad), gap, step.kept)
+        rotation, translation = rotation[fresh], translation[fresh]
         for _ in range(step.steps):
             rotation, translation = drawn_in(piece, target, rotation, translation, step)
     poses = best_first(scored(piece, target, unstack(rotation, translation, np.zeros(len(rotation)))))
     apart = SETTINGS.apart_spacings * piece.spacing
     return distinct([p for p in poses if p.score > 0], SETTINGS.returned, SETTINGS.apart_rad, apart)
-
-
-def _distinct(piece: Piece, rotation, translation, scores, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """The poses, the best first, without those that are nearly the same as a better one; `count` at most."""
-    apart = SETTINGS.apart_spacings * piece.spacing / 2
-    return stack(distinct(unstack(rotation, translation, scores), count, SETTINGS.apart_rad / 2, apart))
 
 
 def matched(piece: Piece, target: Target, rotation, translation, step: Round = SETTINGS.rounds[-1]) -> np.ndarray:
@@ -154,9 +169,40 @@ def drawn_in(piece: Piece, target: Target, rotation, translation, step: Round = 
     from ..kernels import creases
 
     reach = step.reach * piece.spacing
-    weight, rest, own, places, normals = creases.moments(
+    sums = creases.moments(
         target.creases, target.lookup, piece.creases, rotation, translation, reach=reach, cosine=step.cosine
     )
+    return _brought_together(sums, rotation, translation, reach)
+
+
+def drawn_between(piece: Piece, pose: ScoredPose, placed: Sequence[tuple[Piece, ScoredPose]]) -> ScoredPose:
+    """One pose after the same motion, between pieces each at its own pose."""
+    from ..kernels import creases
+
+    last = SETTINGS.rounds[-1]
+    reach, total = last.reach * piece.spacing, None
+    for other, there in placed:
+        back = there.rotation.T
+        shift = back @ (pose.translation - there.translation)
+        if np.linalg.norm(shift) > piece.body.radius + other.body.radius:
+            continue
+        seen = (back @ pose.rotation)[None], shift[None]
+        weight, rest, own, places, normals = creases.moments(
+            other.creases, other.target.lookup, piece.creases, *seen, reach=reach, cosine=last.cosine
+        )
+        rest = rest @ back + weight[:, None] * there.translation
+        places = there.rotation @ places + there.translation[:, None] * own[:, None, :]
+        sums = (weight, rest, own, places, there.rotation @ normals)
+        total = sums if total is None else tuple(one + more for one, more in zip(total, sums, strict=True))
+    if total is None:
+        return pose
+    rotation, translation = _brought_together(total, pose.rotation[None], pose.translation[None], reach)
+    return ScoredPose(rotation[0], translation[0], pose.score)
+
+
+def _brought_together(sums, rotation, translation, reach: float):
+    """The poses after the best rigid motions by the sums of `kernels.creases.moments`; few matches leave them."""
+    weight, rest, own, places, normals = sums
     some = np.maximum(weight, 1e-9)[:, None]
     spread = places - rest[:, :, None] * own[:, None, :] / some[:, :, None]
     u, _, v = np.linalg.svd(spread + normals * (reach**2))
@@ -205,7 +251,7 @@ def touching(piece: Piece, target: Target, rotation, translation) -> np.ndarray:
     distance = SETTINGS.contact_spacings * piece.spacing
     contact = Contact(distance=distance, cosine=SETTINGS.contact_cosine)
     covered, _ = coverage(
-        **_meeting(piece, target, piece.rough), rotation=rotation, translation=translation, contact=contact
+        **_meeting(piece, target, piece.rough_probes), rotation=rotation, translation=translation, contact=contact
     )
     return covered * len(piece.rough)
 
@@ -215,7 +261,9 @@ def within(piece: Piece, target: Target, rotation, translation) -> np.ndarray:
     from ..kernels.point_to_plane import Contact, coverage
 
     contact = Contact(distance=SETTINGS.deep_spacings * piece.spacing, cosine=1.0)
-    _, outside = coverage(**_meeting(piece, target), rotation=rotation, translation=translation, contact=contact)
+    _, outside = coverage(
+        **_meeting(piece, target, piece.probes), rotation=rotation, translation=translation, contact=contact
+    )
     return outside * len(piece.points)
 
 
@@ -231,6 +279,7 @@ def _meeting(piece: Piece, target: Target, chosen: np.ndarray | slice = slice(No
     }
 
 
+@cache
 def _endless() -> tuple:
     """A wall that nothing meets."""
     return np.full(3, 1e9), np.zeros(3), sdf.GridStack([], dtype=torch.float32).arrays
@@ -241,7 +290,7 @@ def _single_point_poses(own: Creases, others: Creases, random: np.random.Generat
     sides = []
     for creases in (others, own):
         chosen = random.permutation(len(creases.points))[: SETTINGS.tried]
-        points, first, second, _ = (array[chosen] for array in creases)
+        points, first, second = (array[chosen] for array in creases)
         sides.append((np.concatenate([points] * 2), np.concatenate([first, second]), np.concatenate([second, first])))
     (there, broken, whole), (here, own_broken, own_whole) = sides
     bend = np.arccos(np.clip((broken * whole).sum(1), -1, 1))

@@ -22,9 +22,10 @@ class CreaseSettings:
     a neighbour lies on the other side of a thin wall. rounds : in which the normals are parted. apart_spacings : how
     far crease points are from each other, in the points' spacing.
 
-    Roughness is how far normals near a crease, on one of its sides, are from those of a surface of constant curvature:
-    of the `rough_neighbours` nearest points within rough_spacings. A match of smooth faces, as of two rims, counts
-    `smooth_weight`; of faces as rough as rough_rad, or more, 1. A surface is rough from rough_share of that.
+    Roughness is how far normals near a point are from those of two smooth surfaces that meet in an edge: of the
+    `rough_neighbours` nearest points within rough_spacings whose normals are within rough_cosine of the point's. A
+    surface is rough from rough_rad, in the median near a point. beside_spacings : how far a crease point beside a
+    rough surface is from it.
     """
 
     neighbours: int = 28
@@ -37,9 +38,8 @@ class CreaseSettings:
     rough_neighbours: int = 80
     rough_spacings: float = 6.0
     rough_cosine: float = 0.6
-    rough_rad: float = 0.12
-    rough_share: float = 0.5
-    smooth_weight: float = 0.3
+    rough_rad: float = 0.06
+    beside_spacings: float = 4.0
 
 
 SETTINGS = CreaseSettings()
@@ -51,7 +51,7 @@ def find_creases(points: np.ndarray, normals: np.ndarray, spacing: float) -> Cre
     Empty if it has none. The same points give the same creases.
     """
     if len(points) < SETTINGS.neighbours:
-        return Creases(*np.zeros((3, 0, 3)), np.zeros((0, 2)))
+        return Creases(*np.zeros((3, 0, 3)))
     _, near = cKDTree(points).query(points, SETTINGS.neighbours)
     places, around = points[near], normals[near]
     here = np.einsum("pki,pi->pk", around, normals)
@@ -80,19 +80,33 @@ def find_creases(points: np.ndarray, normals: np.ndarray, spacing: float) -> Cre
     places = np.linalg.solve(planes, np.stack(offsets, axis=1)[..., None])[..., 0]
     thin = _apart(places, SETTINGS.apart_spacings * spacing)
     places, first, second = places[thin], first[thin], second[thin]
-    tree, sides = cKDTree(points), ((first, second), (second, first))
-    rough = [_roughness(points, normals, tree, places, *side, spacing) for side in sides]
-    smooth = SETTINGS.smooth_weight
-    weights = smooth + (1 - smooth) * np.minimum(np.stack(rough, axis=1) / SETTINGS.rough_rad, 1)
-    return Creases(places, first, second, weights)
+    return Creases(places, first, second)
 
 
 def rough_points(points: np.ndarray, normals: np.ndarray, spacing: float) -> np.ndarray:
     """`(R,)` indices of points about which a surface is rough, as fractures are; arguments as of `find_creases`."""
+    if not len(points):
+        return np.zeros(0, np.int64)
     tree = cKDTree(points)
-    rough = _roughness(points, normals, tree, points, normals, -normals, spacing)
+    rough = _roughness(points, normals, tree, spacing)
     around = tree.query(points, min(SETTINGS.neighbours, len(points)))[1]
-    return np.flatnonzero(np.median(rough[around], axis=1) > SETTINGS.rough_share * SETTINGS.rough_rad)
+    return np.flatnonzero(np.median(rough[around], axis=1) > SETTINGS.rough_rad)
+
+
+def beside(creases: Creases, rough: np.ndarray, spacing: float) -> np.ndarray:
+    """`(E,)` bool: which crease points lie beside rough surface, of which `rough` `(R, 3)` are points."""
+    if not len(rough):
+        return np.zeros(len(creases.points), bool)
+    return cKDTree(rough).query(creases.points)[0] < SETTINGS.beside_spacings * spacing
+
+
+def strips(creases: Creases, inwards: float) -> np.ndarray:
+    """`(2, E, 3)`: a place on each of the two faces that meet in a crease, `inwards` metres from it."""
+    found = []
+    for face, other in ((creases.first, creases.second), (creases.second, creases.first)):
+        away = unit((other * face).sum(1, keepdims=True) * face - other)
+        found.append(creases.points + inwards * away)
+    return np.stack(found)
 
 
 def lookup(creases: Creases, reach: float, cell: float) -> Lookup:
@@ -116,8 +130,8 @@ def lookup(creases: Creases, reach: float, cell: float) -> Lookup:
 
 def moved(creases: Creases, rotation: np.ndarray, translation: np.ndarray) -> Creases:
     """The creases turned by `(3, 3)` and shifted by `(3,)`."""
-    points, first, second, weights = creases
-    return Creases(points @ rotation.T + translation, first @ rotation.T, second @ rotation.T, weights)
+    points, first, second = creases
+    return Creases(points @ rotation.T + translation, first @ rotation.T, second @ rotation.T)
 
 
 def joined(parts: list[Creases]) -> Creases:
@@ -125,21 +139,29 @@ def joined(parts: list[Creases]) -> Creases:
     return Creases(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
 
 
-def _roughness(points, normals, tree, places, side, other, spacing: float) -> np.ndarray:
-    """`(E,)` radians: how far normals on one side of each crease point are from a linear function of place."""
+def _roughness(points, normals, tree, spacing: float) -> np.ndarray:
+    """`(P,)` radians: how far normals near each point are from those of two surfaces of constant curvature that meet in
+    an edge."""
     reach = SETTINGS.rough_spacings * spacing
-    distance, near = tree.query(places, min(SETTINGS.rough_neighbours, len(points)), distance_upper_bound=reach)
+    distance, near = tree.query(points, min(SETTINGS.rough_neighbours, len(points)), distance_upper_bound=reach)
     found = np.isfinite(distance)
     near = np.where(found, near, 0)
-    around, along = normals[near], (normals[near] * side[:, None]).sum(2)
-    used = found & (along > SETTINGS.rough_cosine) & (along > (normals[near] * other[:, None]).sum(2))
-    offset = (points[near] - places[:, None]) / spacing
-    offset = offset - (offset * side[:, None]).sum(2, keepdims=True) * side[:, None]
-    terms = np.concatenate([np.ones((*used.shape, 1)), offset], axis=2) * used[..., None]
-    square = np.einsum("eki,ekj->eij", terms, terms) + 1e-2 * np.eye(4)  # the offsets lie in a plane
-    fit = np.linalg.solve(square, np.einsum("eki,ekj->eij", terms, around))
-    rest = ((around * used[..., None] - terms @ fit) ** 2).sum((1, 2))
-    return np.sqrt(rest / np.maximum(used.sum(1) - 3, 1))
+    around = normals[near]
+    along = np.einsum("pki,pi->pk", around, normals)
+    used = found & (along > SETTINGS.rough_cosine)
+    offset = (points[near] - points[:, None]) / spacing
+    offset = offset - np.einsum("pki,pi->pk", offset, normals)[..., None] * normals[:, None]
+    first, second = normals, around[np.arange(len(points)), np.where(used, along, 2).argmin(1)]
+    for _ in range(SETTINGS.rounds):
+        nearer = np.einsum("pki,pi->pk", around, second) > np.einsum("pki,pi->pk", around, first)
+        first, second = (unit((around * (used & side)[..., None]).sum(1)) for side in (~nearer, nearer))
+    rest = 0.0
+    for side in (used & ~nearer, used & nearer):
+        terms = np.concatenate([np.ones((*side.shape, 1)), offset], axis=2) * side[..., None]
+        square = np.einsum("pki,pkj->pij", terms, terms) + 1e-2 * np.eye(4)  # the offsets lie in a plane
+        fit = np.linalg.solve(square, np.einsum("pki,pkj->pij", terms, around))
+        rest = rest + ((around * side[..., None] - terms @ fit) ** 2).sum((1, 2))
+    return np.sqrt(rest / np.maximum(used.sum(1) - 6, 1))
 
 
 def _apart(places: np.ndarray, gap: float) -> np.ndarray:

@@ -10,13 +10,13 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from . import creases
 from .crease_matching import Piece
 from .scored_poses import ScoredPose
 
 NEAR_SPACINGS = 2.5  # of points: nearer to another piece's surface, a point is covered
 LINK_SPACINGS = 4.0  # points of a border that are nearer are of one hole
 ALONG_SPACINGS = 6.0  # surface so near to the border belongs to the hole
-BROKEN_WEIGHT = 0.75  # of a crease point beside a fracture, at least
 LEAST_SHARE = 0.1  # of all such points: a shorter border is none of a hole
 LEAST_POINTS = 12
 
@@ -46,7 +46,7 @@ def find_holes(pieces: Sequence[Piece], poses: Sequence[ScoredPose]) -> list[Hol
         others = [tree.query(points, distance_upper_bound=near)[0] for j, tree in enumerate(trees) if j != k]
         return points[np.isinf(others).all(0)]
 
-    broken = [piece.creases.points[piece.creases.weights.max(1) > BROKEN_WEIGHT] for piece in pieces]
+    broken = [p.creases.points[creases.beside(p.creases, p.points[p.rough], spacing)] for p in pieces]
     border = np.concatenate([bare(k, points) for k, points in enumerate(broken)])
     if not len(border):
         return []

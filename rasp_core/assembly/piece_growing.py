@@ -1,7 +1,7 @@
 """An assembly that grows from pieces alone: pairs are matched by their creases, and joined best first.
 
-What joins two pieces is seldom certain, but a wrong pose seldom fits a third piece, too. So several assemblies grow at
-once, each by the piece and the pose that makes most of the creases coincide with those of all pieces that are there.
+What joins two pieces is seldom certain, but a wrong pose seldom fits a third piece, too. So assemblies grow from many
+pairs, each by the piece and the pose that gain most; of the best one parts are taken out and grown anew.
 """
 
 from __future__ import annotations
@@ -17,39 +17,41 @@ from tqdm.auto import tqdm
 
 from ..geometry.meshes import Body
 from . import crease_matching
+from .completion import Completion, Growth, Options
 from .crease_matching import Piece, Target
-from .scored_poses import ScoredPose, best_first, distinct, stack, unstack
+from .joints import Fits
+from .scored_poses import ScoredPose, stack, unstack
 
 
 @dataclass(frozen=True)
 class GrowingSettings:
-    """beam : assemblies that are followed, and steps that are taken from each; tried : poses of each further piece.
-    least_share : of the weight of a piece's creases, what its score must be for the piece to belong to others;
-    least_points : how much at least.
-    apart : as for poses of a pair. sweeps : in which each piece is refined between all others, by creases, each time by
-    crease_steps, then by surfaces; kept_share : of the coinciding creases that must be left then."""
+    """tried : poses of each pair that are tried, the best; listed : of each further piece, at once. starts : pairs from
+    which assemblies grow, times the number of pieces; retries : growths of parts of the best one that fail, times the
+    number of pieces, after which that ends. luck : the spread of the random factors of gains, that make each growth
+    another one. draws : steps by which a piece that is added is drawn in; sweeps : in which all are, as long as each
+    gains `gained` crease points. least_share : of a piece's crease points, what it must gain to belong to others;
+    least_points : at least; foreign : in the median of all pieces, what a piece adds for each of its crease points, under
+    which it belongs to none. apart : as for poses of a pair. surface_sweeps : in which each piece is drawn in by
+    surfaces between all others; kept_share : of the coinciding creases that must be left then."""
 
-    beam: int = 6
-    tried: int = 24
-    least_share: float = 0.18
+    tried: int = 12
+    listed: int = 40
+    starts: int = 3
+    retries: int = 8
+    luck: float = 0.25
+    draws: int = 3
+    sweeps: int = 3
+    gained: float = 0.5
+    least_share: float = 0.05
     least_points: float = 5.0
+    foreign: float = 0.3
     apart_rad: float = 0.1
     apart_spacings: float = 4.0
-    crease_sweeps: int = 1
-    crease_steps: int = 4
     surface_sweeps: int = 3
     kept_share: float = 0.8
 
 
 SETTINGS = GrowingSettings()
-
-
-@dataclass(frozen=True)
-class Growth:
-    """Pieces that belong together: poses by their numbers, and how many crease points coincide, less the penalties."""
-
-    poses: Mapping[int, ScoredPose]
-    score: float
 
 
 def relative(root: ScoredPose, pose: ScoredPose) -> ScoredPose:
@@ -79,63 +81,105 @@ class Growing:
                 if bar is not None:
                     bar.update()
         self.pairs = dict(zip(pairs, found, strict=True))
+        self.fits = Fits(self.pieces)
 
     def _match(self, i: int, j: int) -> list[ScoredPose]:
         random = np.random.default_rng([self.seed, i, j])
         return crease_matching.find_poses(self.pieces[j], self.pieces[i].target, random)
 
-    def gain(self, poses: Mapping[int, ScoredPose], j: int, tried: Sequence[ScoredPose]) -> np.ndarray:
-        """`(B,)`: how many crease points of piece j coincide with those of placed pieces, less the penalties."""
-        total = np.zeros(len(tried))
-        for i, there in poses.items():
-            if i == j:
-                continue
-            seen = [relative(there, pose) for pose in tried]
-            reach = self.pieces[i].body.radius + self.pieces[j].body.radius
-            near = [k for k, pose in enumerate(seen) if np.linalg.norm(pose.translation) < reach]
-            found = crease_matching.scored(self.pieces[j], self.pieces[i].target, [seen[k] for k in near])
-            total[near] += [pose.score for pose in found]
-        return total
-
     def grow(self) -> Growth:
-        """The assembly of most coinciding creases: some pieces may be in none."""
-        firsts = [
-            Growth({i: ScoredPose(np.eye(3), np.zeros(3)), j: pose}, pose.score)
-            for (i, j), poses in self.pairs.items()
-            for pose in poses
-            if pose.score > self.least(i, j)
-        ]
-        states = self._best(firsts)
-        if not states:
-            return Growth({}, 0.0)
-        ended = []
-        while states:
-            steps = []
-            for state in states:
-                further = self._steps(state)
-                steps += further
-                if not further:
-                    ended.append(state)
-            states = self._best(steps)
-        return max(ended, key=lambda state: (state.score, len(state.poses)))
+        """The assembly with the best score that is found: some pieces may be in none."""
+        random, size = np.random.default_rng(self.seed), len(self.pieces)
+        pairs = [(pose, i, j) for (i, j), poses in self.pairs.items() for pose in poses[: SETTINGS.tried]]
+        pairs = [pair for pair in pairs if pair[0].score > self.least(*pair[1:])]
+        pairs = sorted(pairs, key=lambda pair: -pair[0].score)[: SETTINGS.starts * size]
+        best = Growth({}, 0.0)
+        for chance in (None, random):
+            for pose, i, j in pairs:
+                found = self.complete({i: ScoredPose(np.eye(3), np.zeros(3)), j: pose}, chance)
+                best = max(best, found, key=lambda growth: growth.score)
+        failed = 0
+        while failed < SETTINGS.retries * size and len(best.poses) > 2:
+            kept = self._cluster(best, int(random.integers(1, len(best.poses) - 1)), random)
+            found = self.complete({k: best.poses[k] for k in kept}, random)
+            better = found.score > best.score + SETTINGS.gained
+            best, failed = (found, 0) if better else (best, failed + 1)
+        return best
+
+    def complete(self, poses: Mapping[int, ScoredPose], random: np.random.Generator | None = None) -> Growth:
+        """Add the pieces that are not there, as long as any gains enough, and draw all in; by luck, too, if `random` is
+        given."""
+        state, fresh = Completion(self.fits, poses), list(poses)
+        options = {j: Options(*stack([]), {}, np.zeros(0)) for j in range(len(self.pieces)) if j not in poses}
+        while options:
+            options = {j: self._options(state, j, known, fresh, random) for j, known in options.items()}
+            gains = {
+                j: known.luck[0] * state.gains(j, known.joints)[0] for j, known in options.items() if len(known.luck)
+            }
+            j = max(gains, key=lambda j: gains[j], default=None)
+            if j is None or gains[j] <= self.least(j):
+                break
+            first = options.pop(j).taken(np.array([0]))
+            pose = ScoredPose(first.rotation[0], first.translation[0])
+            drawn = self._drawn(j, pose, state.poses)
+            closer = state.joints(j, *stack([drawn]))
+            if state.gains(j, closer)[0] > state.gains(j, first.joints)[0]:
+                state.add(j, drawn, closer)
+            else:
+                state.add(j, pose, first.joints)
+            fresh = [j]
+        return self._settled(state.growth)
+
+    def _options(
+        self, state: Completion, j: int, known: Options, fresh: Sequence[int], random: np.random.Generator | None
+    ) -> Options:
+        """Poses of a piece beside placed ones, the best first: the known ones, and those beside `fresh` ones."""
+        meeting = state.joints(j, known.rotation, known.translation, fresh)
+        known = replace(known, joints={**known.joints, **meeting})
+        new = [after(state.poses[i], pose) for i in fresh for pose in self._beside(i, j)[: SETTINGS.tried]]
+        rotation, translation = stack(new)
+        luck = np.ones(len(new)) if random is None else np.exp(SETTINGS.luck * random.normal(size=len(new)))
+        known = known.joined(Options(rotation, translation, state.joints(j, rotation, translation), luck))
+        known = known.taken(np.argsort(-known.luck * state.gains(j, known.joints), kind="stable"))
+        return known.distinct(SETTINGS.apart_rad, self.apart, SETTINGS.listed)
+
+    def _cluster(self, state: Growth, count: int, random: np.random.Generator) -> list[int]:
+        """Pieces that hang together well, `count` of them at most, from one that is picked at random."""
+        placed = list(state.poses)
+        kept = [placed[random.integers(len(placed))]]
+        while len(kept) < count:
+            rest = [k for k in placed if k not in kept]
+            worth = np.array([sum(self._worth(state.poses, i, k) for i in kept) for k in rest]) + 1e-3
+            kept.append(rest[random.choice(len(rest), p=worth / worth.sum())])
+        return kept
+
+    def _worth(self, poses: Mapping[int, ScoredPose], i: int, j: int) -> float:
+        return max(float(self.fits.between(i, j, *stack([relative(poses[i], poses[j])])).worth[0]), 0.0)
+
+    def _settled(self, grown: Growth) -> Growth:
+        """Each piece but the first drawn in, by its creases, between all others, as long as the score rises."""
+        best = grown
+        for _ in range(SETTINGS.sweeps):
+            poses = dict(best.poses)
+            for j in list(poses)[1:]:
+                poses[j] = self._drawn(j, poses[j], poses)
+            found = Completion(self.fits, poses).growth
+            if found.score < best.score + SETTINGS.gained:
+                break
+            best = found
+        return best
+
+    def _drawn(self, j: int, pose: ScoredPose, poses: Mapping[int, ScoredPose]) -> ScoredPose:
+        """The pose after steps by which creases of piece j that match those of placed pieces come together."""
+        others = [(self.pieces[i], there) for i, there in poses.items() if i != j]
+        for _ in range(SETTINGS.draws):
+            pose = crease_matching.drawn_between(self.pieces[j], pose, others)
+        return pose
 
     def least(self, *pieces: int) -> float:
         """How many crease points of one of these pieces must coincide with others', that it belongs to them."""
-        few = min(self.pieces[k].weight for k in pieces)
+        few = min(len(self.pieces[k].creases.points) for k in pieces)
         return max(SETTINGS.least_points, SETTINGS.least_share * few)
-
-    def _steps(self, state: Growth) -> list[Growth]:
-        """The best ways to add one piece."""
-        found = []
-        for j in set(range(len(self.pieces))) - set(state.poses):
-            tried = [after(state.poses[i], pose) for i in state.poses for pose in self._beside(i, j)]
-            tried = distinct(best_first(tried), SETTINGS.tried, SETTINGS.apart_rad, self.apart)
-            gains = self.gain(state.poses, j, tried)
-            for k in np.argsort(-gains, kind="stable")[: SETTINGS.beam]:
-                if gains[k] > self.least(j):
-                    pose = replace(tried[k], score=float(gains[k]))
-                    found.append(Growth({**state.poses, j: pose}, state.score + pose.score))
-        return found
 
     def _beside(self, i: int, j: int) -> list[ScoredPose]:
         """Poses of piece j, as seen from piece i."""
@@ -143,26 +187,6 @@ class Growing:
             return self.pairs[i, j]
         unit = ScoredPose(np.eye(3), np.zeros(3))
         return [replace(relative(pose, unit), score=pose.score) for pose in self.pairs[j, i]]
-
-    def _best(self, states: Sequence[Growth]) -> list[Growth]:
-        kept: list[Growth] = []
-        for state in sorted(states, key=lambda state: -state.score):
-            if not any(self._same(state, other) for other in kept):
-                kept.append(state)
-                if len(kept) == SETTINGS.beam:
-                    break
-        return kept
-
-    def _same(self, one: Growth, other: Growth) -> bool:
-        if set(one.poses) != set(other.poses):
-            return False
-        root = min(one.poses)
-        return not any(
-            relative(one.poses[root], one.poses[k]).differs(
-                relative(other.poses[root], other.poses[k]), SETTINGS.apart_rad, self.apart
-            )
-            for k in one.poses
-        )
 
     def add_missing(self, state: Growth) -> Growth:
         """Match each piece that is in no pair anew, beside all that are placed, as long as one is found."""
@@ -184,23 +208,28 @@ class Growing:
 
     def refined(self, state: Growth) -> Growth:
         """Each piece but the largest drawn in between all others, first by creases, then by surfaces."""
-        poses = dict(state.poses)
+        poses = dict(self._settled(state).poses)
         still = max(poses, key=lambda k: self.pieces[k].body.volume)
-        for sweep in range(SETTINGS.crease_sweeps + SETTINGS.surface_sweeps):
+        for _ in range(SETTINGS.surface_sweeps):
             for j in sorted(set(poses) - {still}):
                 others = [i for i in poses if i != j]
                 target = Target([self.pieces[i] for i in others], [poses[i] for i in others])
-                rotation, translation = stack([poses[j]])
-                if sweep < SETTINGS.crease_sweeps:
-                    for _ in range(SETTINGS.crease_steps):
-                        rotation, translation = crease_matching.drawn_in(self.pieces[j], target, rotation, translation)
-                else:
-                    rotation, translation = crease_matching.pressed(self.pieces[j], target, rotation, translation)
-                tried = [poses[j], *unstack(rotation, translation, np.zeros(1))]
+                pressed = crease_matching.pressed(self.pieces[j], target, *stack([poses[j]]))
+                tried = [poses[j], *unstack(*pressed, np.zeros(1))]
                 now, then = crease_matching.scored(self.pieces[j], target, tried)
                 # surfaces say more exactly where a piece lies than worn creases do
-                least = now.score if sweep < SETTINGS.crease_sweeps else SETTINGS.kept_share * now.score
-                poses[j] = then if then.score >= least else now
-        for j, pose in poses.items():
-            poses[j] = replace(pose, score=float(self.gain(poses, j, [pose])[0]))
-        return Growth(poses, sum(pose.score for pose in poses.values()) / 2)
+                poses[j] = then if then.score >= SETTINGS.kept_share * now.score else now
+        return Completion(self.fits, poses).growth
+
+    def without_foreign(self, state: Growth) -> Growth:
+        """The assembly without pieces that join it far worse than its pieces do in the median; three at least stay."""
+        while len(state.poses) > 3:
+            rest = {j: {k: pose for k, pose in state.poses.items() if k != j} for j in state.poses}
+            without = {j: Completion(self.fits, poses).growth for j, poses in rest.items()}
+            points = {j: len(self.pieces[j].creases.points) for j in rest}
+            added = {j: (state.score - left.score) / max(points[j], 1) for j, left in without.items()}
+            worst = min(added, key=lambda j: added[j])
+            if added[worst] >= SETTINGS.foreign * np.median(list(added.values())):
+                break
+            state = without[worst]
+        return state

@@ -41,7 +41,7 @@ def assemble_alone(bodies: Sequence[Body], seed: int = 0, progress: bool = False
             f"no two of the {len(bodies)} pieces fit each other; are they pieces of one thing, in one unit? --whole or "
             "--silhouettes may help"
         )
-    grown = growing.refined(growing.add_missing(grown))
+    grown = growing.without_foreign(growing.refined(growing.add_missing(grown)))
     poses = _set_up(bodies, grown.poses)
     placed = sorted(grown.poses)
     holes = find_holes([growing.pieces[k] for k in placed], [poses[k] for k in placed])
@@ -56,7 +56,7 @@ def assemble_alone(bodies: Sequence[Body], seed: int = 0, progress: bool = False
         if k not in grown.poses
     ]
     scores = [
-        grown.poses[k].score / max(piece.weight, 1e-9) if k in grown.poses else 0.0
+        grown.poses[k].score / max(len(piece.creases.points), 1) if k in grown.poses else 0.0
         for k, piece in enumerate(growing.pieces)
     ]
     return Assembly(

@@ -18,7 +18,8 @@ class ScoredPose:
 
     def differs(self, other: ScoredPose, angle_rad: float, distance: float) -> bool:
         """Whether the two are more than an angle, or a distance in metres, apart."""
-        return not _same(*stack([self]), *stack([other]), angle_rad=angle_rad, distance=distance)[0, 0]
+        cosine = (np.sum(self.rotation * other.rotation) - 1) / 2
+        return bool(cosine < np.cos(angle_rad) or np.linalg.norm(self.translation - other.translation) > distance)
 
 
 def stack(poses: Sequence[ScoredPose]) -> tuple[np.ndarray, np.ndarray]:
@@ -39,19 +40,7 @@ def best_first(poses: Iterable[ScoredPose]) -> list[ScoredPose]:
 
 def distinct(poses: Sequence[ScoredPose], count: int, angle_rad: float, distance: float) -> list[ScoredPose]:
     """The first ones that are not the same as an earlier one, `count` at most; see `ScoredPose.differs`."""
-    rotation, translation = stack(poses)
-    same = _same(rotation, translation, rotation, translation, angle_rad=angle_rad, distance=distance)
-    kept: list[int] = []
-    for i in range(len(poses)):
-        if not same[i, kept].any():
-            kept.append(i)
-            if len(kept) == count:
-                break
-    return [poses[i] for i in kept]
+    from ..kernels import distinct as kernels
 
-
-def _same(rotation, translation, other_rotation, other_translation, *, angle_rad: float, distance: float) -> np.ndarray:
-    """`(A, B)` bool, of A poses and B others."""
-    cosine = (rotation.reshape(-1, 9) @ other_rotation.reshape(-1, 9).T - 1) / 2
-    apart = np.linalg.norm(translation[:, None] - other_translation[None], axis=2)
-    return (cosine >= np.cos(angle_rad)) & (apart <= distance)
+    kept = kernels.distinct(*stack(poses), np.cos(angle_rad), distance, count)
+    return [poses[k] for k in kept]

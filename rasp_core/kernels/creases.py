@@ -13,16 +13,15 @@ import numpy as np
 from numba import njit
 
 from .frames import matrix, rotate
+from .grid import sample_inline
 
 
 class Creases(NamedTuple):
-    """points, first, second `(E, 3)`: places in metres, and the unit normals on both sides of each. weights `(E, 2)`:
-    what a match counts whose broken face is the one with the first normal, and the second."""
+    """points, first, second `(E, 3)`: places in metres, and the unit normals on both sides of each."""
 
     points: np.ndarray
     first: np.ndarray
     second: np.ndarray
-    weights: np.ndarray
 
 
 class Lookup(NamedTuple):
@@ -48,10 +47,9 @@ def matched(creases, lookup, moving, rotation, translation, reach, cosine):
         r = matrix(rotation, b)
         tx, ty, tz = translation[b, 0], translation[b, 1], translation[b, 2]
         for k in range(len(moving.points)):
-            near, kind, square = _partner(creases, lookup, moving, r, tx, ty, tz, k, reach, cosine)
+            near, _, square = _partner(creases, lookup, moving, r, tx, ty, tz, k, reach, cosine)
             if near >= 0:
-                counts = min(creases.weights[near, kind & 1], moving.weights[k, kind >> 1])
-                found[b] += counts * (1 - square / reach**2)
+                found[b] += 1 - square / reach**2
     return found
 
 
@@ -72,8 +70,7 @@ def moments(creases, lookup, moving, rotation, translation, reach, cosine):
             j, kind, square = _partner(creases, lookup, moving, r, tx, ty, tz, k, reach, cosine)
             if j < 0:
                 continue
-            counts = min(creases.weights[j, kind & 1], moving.weights[k, kind >> 1])
-            w = counts / (1 + 4 * square / reach**2)
+            w = 1 / (1 + 4 * square / reach**2)
             broken, whole = creases.first[j], creases.second[j]
             if kind & 1:
                 broken, whole = whole, broken
@@ -95,8 +92,8 @@ def _partner(creases, lookup, moving, r, tx, ty, tz, k, reach, cosine):
     """The crease point on which point k lies, -1 if none; which normal is the broken one (bit 0 of the resting point's
     set: the second, bit 1 of the moving one's); and the square of their distance."""
     nearest, origin, cell = lookup
-    points, first, second, _ = creases
-    own, own_first, own_second, _ = moving
+    points, first, second = creases
+    own, own_first, own_second = moving
     near, kind, square = -1, 0, math.inf
     x, y, z = rotate(r, own[k, 0], own[k, 1], own[k, 2])
     x, y, z = x + tx, y + ty, z + tz
@@ -125,3 +122,58 @@ def _partner(creases, lookup, moving, r, tx, ty, tz, k, reach, cosine):
         if best <= cosine:
             near = -1
     return near, kind, square
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def matches(creases, lookup, moving, rotation, translation, reach, cosine):
+    """`(B, E)` float32: what each of the crease points adds to `matched`; arguments as there."""
+    found = np.zeros((len(rotation), len(moving.points)), np.float32)
+    for b in range(len(rotation)):
+        r = matrix(rotation, b)
+        tx, ty, tz = translation[b, 0], translation[b, 1], translation[b, 2]
+        for k in range(len(moving.points)):
+            near, _, square = _partner(creases, lookup, moving, r, tx, ty, tz, k, reach, cosine)
+            if near >= 0:
+                found[b, k] = 1 - square / reach**2
+    return found
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def marks(creases, lookup, grids, half_extents, moving, strips, rotation, translation, reach, near, cosine):
+    """`(B, E)` uint8: of each crease point of what moves, 1 if a crease point of the resting piece is within `reach`,
+    2 and 4 if the first and the second face beside it lie on the resting piece.
+
+    grids, half_extents `(3,)`: the resting piece's. strips `(2, E, 3)`: a place on each face, near the crease. A face
+    lies on the piece where its place is nearer than `near` and the normals are opposite, by `cosine`.
+    """
+    found = np.zeros((len(rotation), len(moving.points)), np.uint8)
+    nearest, origin, cell = lookup
+    hx, hy, hz = half_extents[0] + near, half_extents[1] + near, half_extents[2] + near
+    for b in range(len(rotation)):
+        r = matrix(rotation, b)
+        tx, ty, tz = translation[b, 0], translation[b, 1], translation[b, 2]
+        for k in range(len(moving.points)):
+            x, y, z = rotate(r, moving.points[k, 0], moving.points[k, 1], moving.points[k, 2])
+            x, y, z = x + tx, y + ty, z + tz
+            cx, cy, cz = (x - origin[0]) / cell, (y - origin[1]) / cell, (z - origin[2]) / cell
+            mark = 0
+            if 0 <= cx < nearest.shape[0] and 0 <= cy < nearest.shape[1] and 0 <= cz < nearest.shape[2]:
+                n = nearest[int(cx), int(cy), int(cz)]
+                if n >= 0:
+                    p = creases.points
+                    if (p[n, 0] - x) ** 2 + (p[n, 1] - y) ** 2 + (p[n, 2] - z) ** 2 < reach**2:
+                        mark = 1
+            for side in range(2):
+                x, y, z = rotate(r, strips[side, k, 0], strips[side, k, 1], strips[side, k, 2])
+                x, y, z = x + tx, y + ty, z + tz
+                if abs(x) >= hx or abs(y) >= hy or abs(z) >= hz:
+                    continue
+                distance, gx, gy, gz = sample_inline(grids, 0, x, y, z)
+                if abs(distance) >= near:
+                    continue
+                normal = moving.first if side == 0 else moving.second
+                nx, ny, nz = rotate(r, normal[k, 0], normal[k, 1], normal[k, 2])
+                if -(nx * gx + ny * gy + nz * gz) > cosine:
+                    mark |= 2 << side
+            found[b, k] = mark
+    return found
