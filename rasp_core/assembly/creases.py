@@ -23,9 +23,9 @@ class CreaseSettings:
     far crease points are from each other, in the points' spacing.
 
     Roughness is how far normals near a point are from those of two smooth surfaces that meet in an edge: of the
-    `rough_neighbours` nearest points within rough_spacings whose normals are within rough_cosine of the point's. A
-    surface is rough from rough_rad, in the median near a point. beside_spacings : how far a crease point beside a
-    rough surface is from it.
+    `rough_neighbours` nearest points within rough_spacings whose normals are within rough_cosine of the point's: those
+    on the same face. A surface is rough from rough_rad, in the median of such neighbours. beside_spacings : how far a
+    crease point beside a rough surface is from it.
     """
 
     neighbours: int = 28
@@ -38,7 +38,7 @@ class CreaseSettings:
     rough_neighbours: int = 80
     rough_spacings: float = 6.0
     rough_cosine: float = 0.6
-    rough_rad: float = 0.06
+    rough_rad: float = 0.05
     beside_spacings: float = 4.0
 
 
@@ -90,7 +90,8 @@ def rough_points(points: np.ndarray, normals: np.ndarray, spacing: float) -> np.
     tree = cKDTree(points)
     rough = _roughness(points, normals, tree, spacing)
     around = tree.query(points, min(SETTINGS.neighbours, len(points)))[1]
-    return np.flatnonzero(np.median(rough[around], axis=1) > SETTINGS.rough_rad)
+    same_face = np.einsum("pki,pi->pk", normals[around], normals) > SETTINGS.rough_cosine
+    return np.flatnonzero(np.nanmedian(np.where(same_face, rough[around], np.nan), axis=1) > SETTINGS.rough_rad)
 
 
 def beside(creases: Creases, rough: np.ndarray, spacing: float) -> np.ndarray:

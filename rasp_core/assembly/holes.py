@@ -15,7 +15,7 @@ from .crease_matching import Piece
 from .scored_poses import ScoredPose
 
 NEAR_SPACINGS = 2.5  # of points: nearer to another piece's surface, a point is covered
-LINK_SPACINGS = 4.0  # points of a border that are nearer are of one hole
+LINK_SPACINGS = 4.0  # points of a border, or of a face, that are nearer belong together
 ALONG_SPACINGS = 6.0  # surface so near to the border belongs to the hole
 LEAST_SHARE = 0.1  # of all such points: a shorter border is none of a hole
 LEAST_POINTS = 12
@@ -50,7 +50,7 @@ def find_holes(pieces: Sequence[Piece], poses: Sequence[ScoredPose]) -> list[Hol
     border = np.concatenate([bare(k, points) for k, points in enumerate(broken)])
     if not len(border):
         return []
-    surface = np.concatenate([bare(k, piece.points[piece.rough]) for k, piece in enumerate(pieces)])
+    surface = np.concatenate([bare(k, _fractured(piece)) for k, piece in enumerate(pieces)])
     pairs = cKDTree(border).query_pairs(LINK_SPACINGS * spacing, output_type="ndarray")
     links = coo_matrix((np.ones(len(pairs)), pairs.T), shape=(len(border),) * 2)
     _, patch = connected_components(links, directed=False)
@@ -61,3 +61,12 @@ def find_holes(pieces: Sequence[Piece], poses: Sequence[ScoredPose]) -> list[Hol
         area = float((away < ALONG_SPACINGS * spacing).sum() * spacing**2)
         found.append(Hole(border[patch == k].mean(0), area))
     return sorted(found, key=lambda hole: -hole.area)
+
+
+def _fractured(piece: Piece) -> np.ndarray:
+    """Points on rough surface, and near it on the same face: along its border a face is not seen to be rough."""
+    if not len(piece.rough):
+        return np.zeros((0, 3))
+    away, nearest = cKDTree(piece.points[piece.rough]).query(piece.points)
+    cosine = (piece.normals * piece.normals[piece.rough[nearest]]).sum(1)
+    return piece.points[(away < LINK_SPACINGS * piece.spacing) & (cosine > creases.SETTINGS.rough_cosine)]

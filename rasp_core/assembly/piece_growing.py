@@ -25,14 +25,16 @@ from .scored_poses import ScoredPose, stack, unstack
 
 @dataclass(frozen=True)
 class GrowingSettings:
-    """tried : poses of each pair that are tried, the best; listed : of each further piece, at once. starts : pairs from
-    which assemblies grow, times the number of pieces; retries : growths of parts of the best one that fail, times the
-    number of pieces, after which that ends. luck : the spread of the random factors of gains, that make each growth
-    another one. draws : steps by which a piece that is added is drawn in; sweeps : in which all are, as long as each
-    gains `gained` crease points. least_share : of a piece's crease points, what it must gain to belong to others;
-    least_points : at least; foreign : in the median of all pieces, what a piece adds for each of its crease points, under
-    which it belongs to none. apart : as for poses of a pair. surface_sweeps : in which each piece is drawn in by
-    surfaces between all others; kept_share : of the coinciding creases that must be left then."""
+    """tried : poses of each pair that are tried, the best; listed : of each further piece, at once.
+
+    starts : pairs from which assemblies grow, times the number of pieces; retries : growths of parts of the best one
+    that fail, times the number of pieces, after which that ends. luck : the spread of the random factors of gains, that
+    make each growth another one. draws : steps by which a piece that is added is drawn in; sweeps : in which all are,
+    as long as each gains `gained` crease points. least_share : of a piece's crease points, what it must gain to be
+    placed; least_points : at least. foreign : a piece belongs to none if it adds less for each of its crease points, in
+    medians of all pieces. apart : as for poses of a pair. surface_sweeps : in which each piece is drawn in by surfaces
+    between all others; kept_share : of the coinciding creases that must be left then.
+    """
 
     tried: int = 12
     listed: int = 40

@@ -31,7 +31,13 @@ def test_creases_and_surfaces_draw_a_shifted_piece_home(pair):
     right = truth(pair)
     turn = np.array([[np.cos(0.02), -np.sin(0.02), 0], [np.sin(0.02), np.cos(0.02), 0], [0, 0, 1]])
     rotation, translation = turn[None], (right.translation + 0.3 * pair[0].spacing)[None]
-    for draw in (matching.drawn_in, matching.pressed):
+    placed = [(pair[0], ScoredPose(np.eye(3), np.zeros(3)))]
+
+    def between(piece, target, rotation, translation):
+        found = matching.drawn_between(piece, ScoredPose(rotation[0], translation[0]), placed)
+        return found.rotation[None], found.translation[None]
+
+    for draw in (matching.drawn_in, between, matching.pressed):
         turned, shifted = rotation, translation
         for _ in range(4):
             turned, shifted = draw(pair[1], pair[0].target, turned, shifted)
@@ -46,6 +52,8 @@ def test_no_matches_leave_a_pose_as_it_is(pair):
     assert (shifted == far[1]).all()
     assert matching.scored(pair[1], pair[0].target, [ScoredPose(far[0][0], far[1][0])])[0].score == 0
     assert matching.scored(pair[1], pair[0].target, []) == []
+    alone = ScoredPose(far[0][0], far[1][0])
+    assert matching.drawn_between(pair[1], alone, [(pair[0], ScoredPose(np.eye(3), np.zeros(3)))]) is alone
 
 
 def test_what_lies_within_another_is_counted():
@@ -62,3 +70,5 @@ def test_spacing_is_of_all_points_together(pair):
     bodies = [piece.body for piece in pair]
     area = sum(body.manifold.surface_area() for body in bodies)
     assert area / matching.spacing_of(bodies) ** 2 == pytest.approx(matching.SETTINGS.points)
+    many = area * 4 / matching.spacing_of(bodies * 4) ** 2
+    assert many == pytest.approx(8 * matching.SETTINGS.piece_points)

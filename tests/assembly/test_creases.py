@@ -22,7 +22,6 @@ def test_a_box_has_its_edges():
     assert along_edges.sum() > 100
     assert beyond[along_edges, 1] == pytest.approx(0, abs=1e-3)
     assert (found.first * found.second).sum(1)[along_edges] == pytest.approx(0, abs=1e-3)
-    assert np.median(found.weights) == pytest.approx(creases.SETTINGS.smooth_weight, abs=0.02)
 
 
 def test_a_ball_has_none_and_neither_has_a_notch_inwards():
@@ -34,15 +33,27 @@ def test_a_ball_has_none_and_neither_has_a_notch_inwards():
     assert inner.min() > 2 * SPACING
 
 
-def test_rough_faces_count_more():
+def test_only_a_rough_face_is_rough_and_so_are_the_creases_beside_it():
     grid = trimesh.creation.box((0.4, 0.4, 0.1)).subdivide().subdivide().subdivide().subdivide()
     top = grid.vertices[:, 2] > 0.04
     grid.vertices[top, 2] += np.random.default_rng(0).normal(0, 0.004, top.sum())
-    found = found_on(grid)
-    upper = (found.points[:, 2] > 0.03) & (np.abs(found.points[:, :2]).max(1) < 0.21)
-    rough = np.where(found.first[:, 2] > found.second[:, 2], found.weights[:, 0], found.weights[:, 1])
-    assert np.median(rough[upper]) > 0.6
-    assert np.median(rough[found.points[:, 2] < -0.03]) < 0.4
+    points, normals = surface_points(grid.vertices, grid.faces, int(grid.area / SPACING**2))
+    rough = creases.rough_points(points, normals, SPACING)
+    upper = points[:, 2] > 0.035
+    assert np.isin(np.flatnonzero(upper), rough).mean() > 0.8
+    assert np.isin(np.flatnonzero(~upper), rough).mean() < 0.05
+    found = creases.find_creases(points, normals, SPACING)
+    beside = creases.beside(found, points[rough], SPACING)
+    assert beside[found.points[:, 2] > 0.035].mean() > 0.9
+    assert not beside[found.points[:, 2] < -0.03].any()
+    assert not creases.beside(found, points[:0], SPACING).any()
+
+
+def test_no_face_of_a_box_is_rough_and_neither_is_a_ball():
+    for mesh in (trimesh.creation.box((0.4, 0.3, 0.2)), trimesh.creation.icosphere(4, 0.2)):
+        points, normals = surface_points(mesh.vertices, mesh.faces, int(mesh.area / SPACING**2))
+        assert len(creases.rough_points(points, normals, SPACING)) < 0.01 * len(points)
+    assert len(creases.rough_points(points[:0], normals[:0], SPACING)) == 0
 
 
 def test_too_few_points_have_no_crease():
@@ -51,7 +62,7 @@ def test_too_few_points_have_no_crease():
 
 def test_each_cell_knows_its_nearest_crease_point():
     random = np.random.default_rng(1)
-    some = creases.Creases(random.random((30, 3)), *np.zeros((2, 30, 3)), np.ones((30, 2)))
+    some = creases.Creases(random.random((30, 3)), *np.zeros((2, 30, 3)))
     lookup = creases.lookup(some, reach=0.2, cell=0.05)
     middles = lookup.origin + lookup.cell * (np.argwhere(np.ones(lookup.nearest.shape)) + 0.5)
     distances = np.linalg.norm(middles[:, None] - some.points, axis=2)
@@ -59,7 +70,7 @@ def test_each_cell_knows_its_nearest_crease_point():
     assert (known[nearest < 0.2]).all()
     at = lookup.nearest.ravel()[known]
     assert distances[known, at] == pytest.approx(nearest[known])
-    assert (creases.lookup(creases.Creases(*np.zeros((3, 0, 3)), np.zeros((0, 2))), 0.2, 0.05).nearest < 0).all()
+    assert (creases.lookup(creases.Creases(*np.zeros((3, 0, 3))), 0.2, 0.05).nearest < 0).all()
 
 
 def test_creases_move_with_their_surface():
@@ -69,4 +80,4 @@ def test_creases_move_with_their_surface():
     assert there.points == pytest.approx((turn @ some.points.T).T + np.array([1, 2, 3]))
     assert there.first == pytest.approx((turn @ some.first.T).T)
     both = creases.joined([some, there])
-    assert len(both.points) == 2 * len(some.points) == len(both.weights)
+    assert len(both.points) == 2 * len(some.points) == len(both.second)

@@ -5,6 +5,7 @@ import pytest
 
 from data_fetch import fracture, scatter, vessels
 from rasp_core.assembly import piece_growing as growing
+from rasp_core.assembly.completion import Completion
 from rasp_core.assembly.scored_poses import ScoredPose
 
 
@@ -41,12 +42,22 @@ def test_a_piece_in_no_pair_is_found_beside_all_others(three):
     assert search.add_missing(growing.Growth({}, 0.0)).poses == {}
 
 
-def test_the_gain_is_less_where_a_piece_does_not_fit(three):
+def test_a_pair_is_completed(three):
     search, right = three
-    poses = dict(enumerate(right))
-    aside = ScoredPose(right[1].rotation, right[1].translation + 0.01)
-    best, worse = search.gain(poses, 1, [right[1], aside])
-    assert best > 2 * worse
+    pair = {k: growing.relative(right[0], right[k]) for k in (0, 1)}
+    grown = search.complete(pair)
+    assert set(grown.poses) == {0, 1, 2}
+    assert_right(grown, right)
+
+
+def test_a_piece_that_joins_badly_is_foreign():
+    moved, truth = scatter(fracture(vessels()[1], 4, seed=1))
+    strange = scatter(fracture(vessels()[6], 4, seed=3))[0][-1]
+    search = growing.Growing([*moved, strange])
+    right = [ScoredPose(m[:3, :3], m[:3, :3] @ body.centre + m[:3, 3]) for body, m in zip(moved, truth, strict=True)]
+    beside = ScoredPose(np.eye(3), right[0].translation + np.array([moved[0].radius + 0.9 * strange.radius, 0, 0]))
+    state = Completion(search.fits, dict(enumerate([*right, beside]))).growth
+    assert set(search.without_foreign(state).poses) == {0, 1, 2, 3}
 
 
 def test_relative_and_after_undo_each_other(three):
