@@ -38,8 +38,8 @@ class GrowingSettings:
 
     tried: int = 12
     listed: int = 40
-    starts: int = 3
-    retries: int = 8
+    starts: int = 2
+    retries: int = 3
     luck: float = 0.25
     draws: int = 3
     sweeps: int = 3
