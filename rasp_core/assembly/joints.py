@@ -11,6 +11,7 @@ from .crease_matching import SETTINGS, Piece, touching, within
 
 STEPS_A_SPACING = 50  # poses that round to the same are looked at once
 STEPS_A_TURN = 1000  # of the numbers of a rotation
+KEPT = 50_000  # poses that are kept, some 2 kB each; then all are forgotten
 
 # by marks: whether one of two faces lies on another piece, and ends there although no crease of another is near
 LEDGE = np.array([0, 0, 1, 0, 1, 0, 0, 0], np.float32)
@@ -76,6 +77,8 @@ class Fits:
         keys = [(i, j, row.tobytes()) for row in np.concatenate([steps, turns], axis=1)]
         new = [n for n, key in enumerate(keys) if key not in self._known]
         if new:
+            if len(self._known) > KEPT:
+                self._known = {key: self._known[key] for key in keys if key in self._known}
             looked = self._look(i, j, np.ascontiguousarray(rotation[near[new]]), translation[near[new]])
             self._known.update(zip([keys[n] for n in new], zip(*looked, strict=True), strict=True))
         for n, key in zip(near, keys, strict=True):

@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from data_fetch import fracture, vessels
-from rasp_core.assembly import crease_matching
+from rasp_core.assembly import crease_matching, joints
 from rasp_core.assembly.joints import LEDGE, Fits
 from rasp_core.assembly.scored_poses import ScoredPose
 from rasp_core.geometry.meshes import make_body
@@ -50,3 +50,14 @@ def test_the_other_piece_sees_the_same():
     right = crease_matching.scored(pieces[1], pieces[0].target, [ScoredPose(np.eye(3), there[0])])
     assert one.own.sum() + one.rest[0] == pytest.approx(right[0].score, rel=1e-5)
     assert one.taken(np.array([0, 0])).own.shape == one.joined(one).own.shape == (2, len(pieces[1].creases.points))
+
+
+def test_what_is_forgotten_is_looked_at_again(boxes, monkeypatch):
+    monkeypatch.setattr(joints, "KEPT", 3)
+    fits, turns = Fits(boxes), np.stack([np.eye(3)] * 4)
+    shifts = np.array([[0.2, step, 0] for step in (0, 0.01, 0.02, 0.03)])
+    first = fits.between(0, 1, turns, shifts)
+    fits.between(0, 1, turns, shifts + [0, 0, 0.01])
+    again = fits.between(0, 1, turns, shifts)
+    assert np.array_equal(first.own, again.own)
+    assert np.array_equal(first.rest, again.rest)

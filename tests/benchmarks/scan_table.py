@@ -2,7 +2,7 @@
 
 python tests/benchmarks/scan_table.py cake --pairs 5 --seeds 5
 python tests/benchmarks/scan_table.py venus --parts 1 2 --seeds 5
-python tests/benchmarks/scan_table.py venus
+python tests/benchmarks/scan_table.py venus [--alone]
 """
 
 import argparse
@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 from data_fetch import fetch_fracture, joined, reconstruct, scatter
 from rasp_core.assembly.assemble import assemble
 from rasp_core.assembly.metrics import measure
+from rasp_core.assembly.pieces_alone import assemble_alone
 from rasp_core.geometry.containers import Container
 
 NEAR = 0.03  # in the scans' unit, a fortieth of the thing: points so near to another part lie on the break
@@ -36,6 +37,7 @@ def main():
     parser.add_argument("thing", choices=["venus", "cake", "brick"])
     parser.add_argument("--pairs", type=int, help="the pairs with the largest breaks instead of all parts")
     parser.add_argument("--parts", type=int, nargs="+", help="these parts, from 1, instead of all")
+    parser.add_argument("--alone", action="store_true", help="from the pieces alone, without the whole")
     parser.add_argument("--seeds", type=int, default=1)
     options = parser.parse_args()
     pieces = [reconstruct(path) for path in fetch_fracture() if path.stem.startswith(options.thing)]
@@ -48,7 +50,7 @@ def main():
         for seed in range(options.seeds):
             bodies, truth = scatter(parts, seed)
             began = time.monotonic()
-            found = assemble(bodies, Container(joined(parts)), seed)
+            found = assemble_alone(bodies, seed) if options.alone else assemble(bodies, Container(joined(parts)), seed)
             seconds.append(time.monotonic() - began)
             right.append(measure(bodies, found.matrices, truth).parts)
             names = "+".join(f"{i + 1:02d}" for i in numbers)
