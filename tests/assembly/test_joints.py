@@ -57,7 +57,7 @@ def test_what_is_forgotten_is_looked_at_again(boxes, monkeypatch):
     fits, turns = Fits(boxes), np.stack([np.eye(3)] * 4)
     shifts = np.array([[0.2, step, 0] for step in (0, 0.01, 0.02, 0.03)])
     first = fits.between(0, 1, turns, shifts)
-    fits.between(0, 1, turns, shifts + [0, 0, 0.01])
+    fits.between(0, 1, turns, shifts + np.array([0, 0, 0.01]))
     again = fits.between(0, 1, turns, shifts)
     assert np.array_equal(first.own, again.own)
     assert np.array_equal(first.rest, again.rest)
