@@ -41,16 +41,22 @@ class Round:
 @dataclass(frozen=True)
 class MatchingSettings:
     """points : spread over all pieces, or piece_points for each piece if that is more; their spacing is the unit of
-    length. rounds : of the search by creases, the first one with all poses. bend_rad : how far the bends of two creases
-    may be from filling half a turn. tried : crease points of each side from which poses are made, at most.
-    deep_spacings : from where a point of the piece is inside another; penalty : of such a point, in crease points;
-    probes : points that are looked at for it, at most, and rough ones for contact. contact : how near, and with which
-    cosine of normals, a rough point lies on another piece, and its weight, in crease points. strip_spacings : how far
-    from a crease a face is looked at, to see whether it lies on another piece; a ledge is there if it does, the face
-    beyond the crease does not, and no crease of another piece is within ledge_spacings. ledge, early_ledge : what each
-    such point costs, in crease points, in the end and while pieces may still close it. returned, apart : how many
-    poses, and how different they are. press : from where, at first and at last, and under which cosine of normals,
-    surfaces are drawn to each other; damping and the largest turn of a step keep that from running away.
+    length.
+
+    rounds : of the search by creases, the first one with all poses. bend_rad : how far the bends of two creases may be
+    from filling half a turn. tried : crease points of each side from which poses are made, at most. deep_spacings :
+    from where a point of the piece is inside another; penalty : of such a point, in crease points; probes : points that
+    are looked at for it, at most, and rough ones for contact. contact : how near, and with which cosine of normals, a
+    rough point lies on another piece, and its weight, in crease points.
+
+    strip_spacings : how far from a crease a face is looked at, to see whether it lies on another piece; a ledge is
+    there if it does, the face beyond the crease does not, and no crease of another piece is within ledge_spacings.
+    ledge, early_ledge : what each such point costs, in the end and while pieces may still close it. smooth_weight :
+    what a crease point counts in an assembly that is not beside rough surface, as on a rim.
+
+    returned, apart : how many poses, and how different they are. press : from where, at first and at last, and under
+    which cosine of normals, surfaces are drawn to each other; damping and the largest turn of a step keep that from
+    running away.
     """
 
     points: int = 16_000
@@ -71,6 +77,7 @@ class MatchingSettings:
     contact_weight: float = 0.15
     strip_spacings: float = 2.0
     ledge_spacings: float = 2.0
+    smooth_weight: float = 0.6
     ledge: float = 1.5
     early_ledge: float = 0.3
     returned: int = 30
@@ -90,7 +97,7 @@ SETTINGS = MatchingSettings()
 class Piece:
     """A body with points spread over its surface, their normals, its creases and its signed distance grid; all about
     the body's centre. rough : numbers of the points on rough surface; probes, rough_probes : some of all, and of those,
-    by which it is judged in many poses. strips : see `creases.strips`."""
+    by which it is judged in many poses. strips : see `creases.strips`. weights `(E,)` of the crease points."""
 
     def __init__(self, body: Body, spacing: float):
         self.body, self.spacing = body, spacing
@@ -99,6 +106,8 @@ class Piece:
         self.creases = finding.find_creases(self.points, self.normals, spacing)
         self.strips = finding.strips(self.creases, SETTINGS.strip_spacings * spacing)
         self.rough = finding.rough_points(self.points, self.normals, spacing)
+        beside = finding.beside(self.creases, self.points[self.rough], spacing)
+        self.weights = np.where(beside, 1, SETTINGS.smooth_weight).astype(np.float32)
         self.probes, self.rough_probes = (
             np.random.default_rng(0).permutation(chosen)[: SETTINGS.probes]
             for chosen in (np.arange(len(self.points)), self.rough)

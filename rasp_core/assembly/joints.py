@@ -22,8 +22,8 @@ class Joints:
     """A piece, of E crease points, beside another one, of F, under B poses.
 
     own `(B, E)`, other `(B, F)` float32, 0 to 1: how near each crease point of either lies to one of the other that
-    matches it. own_marks, other_marks, uint8: see `kernels.creases.marks`. rest `(B,)`: rough points that touch, less
-    the penalty for what lies within the other, in crease points.
+    matches it, times its weight. own_marks, other_marks, uint8: see `kernels.creases.marks`. rest `(B,)`: rough points
+    that touch, less the penalty for what lies within the other, in crease points.
     """
 
     own: np.ndarray
@@ -97,16 +97,15 @@ class Fits:
             (still, piece, (back, -np.einsum("bij,bj->bi", back, translation))),
         ):
             target = rest.target
-            found.append(
-                creases.matches(
-                    target.creases,
-                    target.lookup,
-                    moving.creases,
-                    *pose,
-                    reach=last.reach * piece.spacing,
-                    cosine=last.cosine,
-                )
+            each = creases.matches(
+                target.creases,
+                target.lookup,
+                moving.creases,
+                *pose,
+                reach=last.reach * piece.spacing,
+                cosine=last.cosine,
             )
+            found.append(each * moving.weights)
             marked.append(
                 creases.marks(
                     target.creases,
