@@ -48,7 +48,7 @@ def test_the_other_piece_sees_the_same():
     for seen, again in ((one.own, other.other), (one.own_marks, other.other_marks), (one.rest, other.rest)):
         assert np.array_equal(seen, again)
     right = crease_matching.scored(pieces[1], pieces[0].target, [ScoredPose(np.eye(3), there[0])])
-    assert one.own.sum() + one.rest[0] == pytest.approx(right[0].score, rel=1e-5)
+    assert (one.own[0] / pieces[1].weights).sum() + one.rest[0] == pytest.approx(right[0].score, rel=1e-5)
     assert one.taken(np.array([0, 0])).own.shape == one.joined(one).own.shape == (2, len(pieces[1].creases.points))
 
 
