@@ -31,9 +31,10 @@ class GrowingSettings:
     that fail, times the number of pieces, after which that ends. luck : the spread of the random factors of gains, that
     make each growth another one. draws : steps by which a piece that is added is drawn in; sweeps : in which all are,
     as long as each gains `gained` crease points. least_share : of a piece's crease points, what it must gain to be
-    placed; least_points : at least. foreign : a piece belongs to none if it adds less for each of its crease points, in
-    medians of all pieces. apart : as for poses of a pair. surface_sweeps : in which each piece is drawn in by surfaces
-    between all others; kept_share : of the coinciding creases that must be left then.
+    placed; least_points : at least. foreign, foreign_meets : a piece belongs to none if it adds less, and less of it
+    coincides, for each of its crease points, in medians of all pieces. apart : as for poses of a pair. surface_sweeps :
+    in which each piece is drawn in by surfaces between all others; kept_share : of the coinciding creases that must be
+    left then.
     """
 
     tried: int = 12
@@ -47,6 +48,7 @@ class GrowingSettings:
     least_share: float = 0.05
     least_points: float = 5.0
     foreign: float = 0.3
+    foreign_meets: float = 0.5
     apart_rad: float = 0.1
     apart_spacings: float = 4.0
     surface_sweeps: int = 3
@@ -224,14 +226,23 @@ class Growing:
         return Completion(self.fits, poses).growth
 
     def without_foreign(self, state: Growth) -> Growth:
-        """The assembly without pieces that join it far worse than its pieces do in the median; three at least stay."""
+        """The assembly without pieces that join it far worse than its pieces do in the median; three at least stay.
+
+        Such a piece adds little to the score, and few of its crease points coincide, each as a share of these points. A
+        large piece with edges of its own may add little, too, but much of it coincides.
+        """
         while len(state.poses) > 3:
-            rest = {j: {k: pose for k, pose in state.poses.items() if k != j} for j in state.poses}
-            without = {j: Completion(self.fits, poses).growth for j, poses in rest.items()}
-            points = {j: len(self.pieces[j].creases.points) for j in rest}
-            added = {j: (state.score - left.score) / max(points[j], 1) for j, left in without.items()}
-            worst = min(added, key=lambda j: added[j])
-            if added[worst] >= SETTINGS.foreign * np.median(list(added.values())):
+            shares = np.array([self._shares(state, j) for j in state.poses])
+            adds, meets = (shares / np.median(shares, axis=0)).T
+            doubtful = np.where((adds < SETTINGS.foreign) & (meets < SETTINGS.foreign_meets), adds, np.inf)
+            if np.isinf(doubtful).all():
                 break
-            state = without[worst]
+            left = set(state.poses) - {list(state.poses)[int(doubtful.argmin())]}
+            state = Completion(self.fits, {k: state.poses[k] for k in sorted(left)}).growth
         return state
+
+    def _shares(self, state: Growth, j: int) -> tuple[float, float]:
+        """What a piece adds to the score, and how many of its crease points coincide, for each of them."""
+        without = Completion(self.fits, {k: pose for k, pose in state.poses.items() if k != j}).growth
+        points = max(len(self.pieces[j].creases.points), 1)
+        return (state.score - without.score) / points, state.poses[j].score / points
