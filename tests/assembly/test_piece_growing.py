@@ -9,11 +9,15 @@ from rasp_core.assembly.completion import Completion
 from rasp_core.assembly.scored_poses import ScoredPose
 
 
+def true_poses(moved, truth):
+    """Of the pieces' centres, by the motions that bring them back."""
+    return [ScoredPose(m[:3, :3], m[:3, :3] @ body.centre + m[:3, 3]) for body, m in zip(moved, truth, strict=True)]
+
+
 @pytest.fixture(scope="module")
 def three():
     moved, truth = scatter(fracture(vessels()[2], 3, seed=1), seed=2)
-    right = [ScoredPose(m[:3, :3], m[:3, :3] @ body.centre + m[:3, 3]) for body, m in zip(moved, truth, strict=True)]
-    return growing.Growing(moved), right
+    return growing.Growing(moved), true_poses(moved, truth)
 
 
 def assert_right(grown, right):
@@ -54,7 +58,7 @@ def test_a_piece_that_joins_badly_is_foreign():
     moved, truth = scatter(fracture(vessels()[1], 4, seed=1))
     strange = scatter(fracture(vessels()[6], 4, seed=3))[0][-1]
     search = growing.Growing([*moved, strange])
-    right = [ScoredPose(m[:3, :3], m[:3, :3] @ body.centre + m[:3, 3]) for body, m in zip(moved, truth, strict=True)]
+    right = true_poses(moved, truth)
     beside = ScoredPose(np.eye(3), right[0].translation + np.array([moved[0].radius + 0.9 * strange.radius, 0, 0]))
     state = Completion(search.fits, dict(enumerate([*right, beside]))).growth
     assert set(search.without_foreign(state).poses) == {0, 1, 2, 3}
