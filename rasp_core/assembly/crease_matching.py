@@ -97,7 +97,8 @@ SETTINGS = MatchingSettings()
 class Piece:
     """A body with points spread over its surface, their normals, its creases and its signed distance grid; all about
     the body's centre. rough : numbers of the points on rough surface; probes, rough_probes : some of all, and of those,
-    by which it is judged in many poses. strips : see `creases.strips`. weights `(E,)` of the crease points."""
+    by which it is judged in many poses. strips : see `creases.strips`. broken `(E,)` bool : crease points beside rough
+    surface; weights `(E,)` : what they count in an assembly."""
 
     def __init__(self, body: Body, spacing: float):
         self.body, self.spacing = body, spacing
@@ -106,8 +107,8 @@ class Piece:
         self.creases = finding.find_creases(self.points, self.normals, spacing)
         self.strips = finding.strips(self.creases, SETTINGS.strip_spacings * spacing)
         self.rough = finding.rough_points(self.points, self.normals, spacing)
-        beside = finding.beside(self.creases, self.points[self.rough], spacing)
-        self.weights = np.where(beside, 1, SETTINGS.smooth_weight).astype(np.float32)
+        self.broken = finding.beside(self.creases, self.points[self.rough], spacing)
+        self.weights = np.where(self.broken, 1, SETTINGS.smooth_weight).astype(np.float32)
         self.probes, self.rough_probes = (
             np.random.default_rng(0).permutation(chosen)[: SETTINGS.probes]
             for chosen in (np.arange(len(self.points)), self.rough)
@@ -168,9 +169,10 @@ def matched(piece: Piece, target: Target, rotation, translation, step: Round = S
     # they are in random order
     moving = Creases(*(array[: step.points] for array in piece.creases))
     reach = step.reach * piece.spacing
-    return creases.matched(
+    found = creases.matches(
         target.creases, target.lookup, moving, rotation, translation, reach=reach, cosine=step.cosine
     )
+    return found.sum(1)
 
 
 def drawn_in(piece: Piece, target: Target, rotation, translation, step: Round = SETTINGS.rounds[-1]):

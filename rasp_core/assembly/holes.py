@@ -46,7 +46,7 @@ def find_holes(pieces: Sequence[Piece], poses: Sequence[ScoredPose]) -> list[Hol
         others = [tree.query(points, distance_upper_bound=near)[0] for j, tree in enumerate(trees) if j != k]
         return points[np.isinf(others).all(0)]
 
-    broken = [p.creases.points[creases.beside(p.creases, p.points[p.rough], spacing)] for p in pieces]
+    broken = [piece.creases.points[piece.broken] for piece in pieces]
     border = np.concatenate([bare(k, points) for k, points in enumerate(broken)])
     if not len(border):
         return []

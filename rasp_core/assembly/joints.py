@@ -105,7 +105,7 @@ class Fits:
                 reach=last.reach * piece.spacing,
                 cosine=last.cosine,
             )
-            found.append(each * moving.weights)
+            found.append(each.astype(np.float32) * moving.weights)
             marked.append(
                 creases.marks(
                     target.creases,

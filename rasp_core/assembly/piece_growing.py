@@ -70,6 +70,11 @@ def after(root: ScoredPose, pose: ScoredPose) -> ScoredPose:
     return replace(pose, rotation=root.rotation @ pose.rotation, translation=there)
 
 
+def _turned_round(pose: ScoredPose) -> ScoredPose:
+    """How what lies at the origin is seen from the pose."""
+    return replace(relative(pose, ScoredPose(np.eye(3), np.zeros(3))), score=pose.score)
+
+
 class Growing:
     """All pieces, and the poses of each beside each other one."""
 
@@ -85,6 +90,8 @@ class Growing:
                 if bar is not None:
                     bar.update()
         self.pairs = dict(zip(pairs, found, strict=True))
+        self.beside = {(j, i): [_turned_round(pose) for pose in poses] for (i, j), poses in self.pairs.items()}
+        self.beside |= self.pairs
         self.fits = Fits(self.pieces)
 
     def _match(self, i: int, j: int) -> list[ScoredPose]:
@@ -140,7 +147,7 @@ class Growing:
         """Poses of a piece beside placed ones, the best first: the known ones, and those beside `fresh` ones."""
         meeting = state.joints(j, known.rotation, known.translation, fresh)
         known = replace(known, joints={**known.joints, **meeting})
-        new = [after(state.poses[i], pose) for i in fresh for pose in self._beside(i, j)[: SETTINGS.tried]]
+        new = [after(state.poses[i], pose) for i in fresh for pose in self.beside[i, j][: SETTINGS.tried]]
         rotation, translation = stack(new)
         luck = np.ones(len(new)) if random is None else np.exp(SETTINGS.luck * random.normal(size=len(new)))
         known = known.joined(Options(rotation, translation, state.joints(j, rotation, translation), luck))
@@ -184,13 +191,6 @@ class Growing:
         """How many crease points of one of these pieces must coincide with others', that it belongs to them."""
         few = min(len(self.pieces[k].creases.points) for k in pieces)
         return max(SETTINGS.least_points, SETTINGS.least_share * few)
-
-    def _beside(self, i: int, j: int) -> list[ScoredPose]:
-        """Poses of piece j, as seen from piece i."""
-        if i < j:
-            return self.pairs[i, j]
-        unit = ScoredPose(np.eye(3), np.zeros(3))
-        return [replace(relative(pose, unit), score=pose.score) for pose in self.pairs[j, i]]
 
     def add_missing(self, state: Growth) -> Growth:
         """Match each piece that is in no pair anew, beside all that are placed, as long as one is found."""

@@ -36,26 +36,27 @@ class Lookup(NamedTuple):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def matched(creases, lookup, moving, rotation, translation, reach, cosine):
-    """`(B,)`: how many of the crease points `moving` lie on `creases` under each of B poses, the nearer the more.
+def matches(creases, lookup, moving, rotation, translation, reach, cosine):
+    """`(B, E)`: which of the crease points `moving` lie on `creases` under each of B poses: 1 there, the less the
+    farther away, 0 from `reach`.
 
     rotation `(B, 3, 3)`, translation `(B, 3)` metres: of what moves. reach : how near is near, metres. cosine : the
     least between the unbroken normals, and between one broken normal and the other's opposite.
     """
-    found = np.zeros(len(rotation))
+    found = np.zeros((len(rotation), len(moving.points)))
     for b in range(len(rotation)):
         r = matrix(rotation, b)
         tx, ty, tz = translation[b, 0], translation[b, 1], translation[b, 2]
         for k in range(len(moving.points)):
             near, _, square = _partner(creases, lookup, moving, r, tx, ty, tz, k, reach, cosine)
             if near >= 0:
-                found[b] += 1 - square / reach**2
+                found[b, k] = 1 - square / reach**2
     return found
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def moments(creases, lookup, moving, rotation, translation, reach, cosine):
-    """What the rigid motion is computed of that brings matched crease points together; arguments as of `matched`.
+    """What the rigid motion is computed of that brings matched crease points together; arguments as of `matches`.
 
     Returns weight `(B,)`; sums of the weighted places, at rest and of what moves in its own frame, `(B, 3)` each; and
     the sums of outer products, rest by moving, of places and of normals, `(B, 3, 3)` each.
@@ -122,20 +123,6 @@ def _partner(creases, lookup, moving, r, tx, ty, tz, k, reach, cosine):
         if best <= cosine:
             near = -1
     return near, kind, square
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def matches(creases, lookup, moving, rotation, translation, reach, cosine):
-    """`(B, E)` float32: what each of the crease points adds to `matched`; arguments as there."""
-    found = np.zeros((len(rotation), len(moving.points)), np.float32)
-    for b in range(len(rotation)):
-        r = matrix(rotation, b)
-        tx, ty, tz = translation[b, 0], translation[b, 1], translation[b, 2]
-        for k in range(len(moving.points)):
-            near, _, square = _partner(creases, lookup, moving, r, tx, ty, tz, k, reach, cosine)
-            if near >= 0:
-                found[b, k] = 1 - square / reach**2
-    return found
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
